@@ -1,8 +1,9 @@
 """Models and the three functions of every contender: create, step, read."""
 
 import dataclasses
+import inspect
 import os
-from typing import Any, Mapping, Optional, Union
+from typing import Any, Iterable, Mapping, Optional, Union
 
 from . import _program
 from ._extension import core
@@ -110,41 +111,44 @@ class Model:
         return f"Model('{self.name}', {self.dof} DOF, {self.total_mass:.4g} kg)"
 
 
-def load(model: Union[str, os.PathLike], *, drop_unsupported: bool = False, keyframe: Union[str, int] = "",
-         qpos: Union[str, os.PathLike] = "", packages: Optional[Mapping[str, str]] = None, base: str = "file",
-         ground: str = "file", decompose: bool = False, allow_external_files: bool = False,
-         within_limits: bool = False, repair: bool = False) -> Model:
+# src/load/load_options.h declares them once for the package, the program and campaigns.
+_ARGUMENTS = _core.load_arguments()
+
+
+def _checked(function: str, how: Mapping[str, Any], allowed: Iterable[str]) -> Mapping[str, Any]:
+    unknown = sorted(set(how) - set(allowed))
+    if unknown:
+        raise TypeError(f"{function}() has no argument '{unknown[0]}'")
+    return how
+
+
+def load(model: Union[str, os.PathLike], **how: Any) -> Model:
     """Loads an MJCF or URDF file, or a system by its name ("humanoid", "capsules-27").
 
-    drop_unsupported      leaves out what no engine can be given, and notes it, instead of refusing the file
-    keyframe              the keyframe of the initial state: its name, or its number from 0
-    qpos                  a file with the initial configuration (docs/robots.md)
-    packages              {name: folder} for package://name/... in URDF files
-    base                  "floating": a free joint on every root; "fixed": none; "file": as written
-    ground                "plane": a horizontal one at the robot's lowest point; "none": planes are left out; "file"
-    decompose             concave meshes become several hulls (needs `assay.fetch("libraries")` once)
-    allow_external_files  the file may refer to files outside its folder
-    within_limits         joints that start beyond their limits start at the limit
-    repair                faults with one obvious way out are mended in memory, and noted: inertias that no body has, swapped limits
+    {arguments}
 
     Raises InputError with element, name, line and how to mend it. The file is parsed in this process; check() parses it in a
     process with limits, for files of strangers."""
-    loaded = _core.load(os.fspath(model), False, "", drop_unsupported, str(keyframe), os.fspath(qpos), dict(packages or {}),
-                        base, ground, decompose, allow_external_files, within_limits, repair)
-    return Model(loaded)
+    return Model(_core.load(os.fspath(model), False, "", _checked("load", how, [name for name, *_ in _ARGUMENTS])))
 
 
-def load_text(text: str, name: str = "model", **options: Any) -> Model:
-    """The same for the text of an MJCF or URDF document. `name` stands for the file in messages."""
-    unknown = set(options) - {"drop_unsupported", "keyframe", "packages", "base", "ground", "decompose", "allow_external_files",
-                              "within_limits", "repair"}
-    if unknown:
-        raise TypeError(f"load_text() has no argument '{sorted(unknown)[0]}'")
-    loaded = _core.load(text, True, name, options.get("drop_unsupported", False), str(options.get("keyframe", "")), "",
-                        dict(options.get("packages") or {}), options.get("base", "file"), options.get("ground", "file"),
-                        options.get("decompose", False), options.get("allow_external_files", False),
-                        options.get("within_limits", False), options.get("repair", False))
-    return Model(loaded)
+def load_text(text: str, name: str = "model", **how: Any) -> Model:
+    """The same for the text of an MJCF or URDF document. `name` stands for the file in messages. No argument names a file."""
+    allowed = [name for name, _, _, is_path in _ARGUMENTS if not is_path]
+    return Model(_core.load(text, True, name, _checked("load_text", how, allowed)))
+
+
+def _document_load() -> None:
+    """What help(), Jupyter and Sphinx show of load()'s arguments."""
+    own = inspect.signature(load)
+    named = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default) for name, default, *_ in _ARGUMENTS]
+    load.__signature__ = own.replace(parameters=[own.parameters["model"], *named])  # type: ignore[attr-defined]
+    width = max(len(name) for name, *_ in _ARGUMENTS)
+    rows = [f"{name:{width}}  {meaning}" for name, _, meaning, _ in _ARGUMENTS]
+    load.__doc__ = (load.__doc__ or "").replace("{arguments}", "\n    ".join(rows))
+
+
+_document_load()
 
 
 def _text(name: str, value: Any) -> str:

@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -31,34 +32,70 @@ struct Loaded {
   std::shared_ptr<const Model> model;
 };
 
-RootJoint root_joint_of(const std::string& name) {
-  if (name == "file") return RootJoint::kAsInFile;
-  if (name == "floating") return RootJoint::kFloating;
-  if (name == "fixed") return RootJoint::kFixed;
-  throw InputError(fmt::format("base is '{}': give file, floating or fixed", name));
+const char* argument_of(const LoadField& field) { return field.argument != nullptr ? field.argument : field.key; }
+
+constexpr const char* kAsInFile = "file";
+
+// The number of a choice by its name.
+int choice_of(const LoadField& field, const std::string& given) {
+  if (given == kAsInFile) return 0;
+  for (size_t i = 0; i < field.choices.size(); ++i) {
+    if (field.choices[i].name == given) return static_cast<int>(i) + 1;
+  }
+  throw InputError(fmt::format("{} is '{}': give {}, {} or {}", argument_of(field), given, kAsInFile,
+                               field.choices[0].name, field.choices[1].name));
 }
 
-Ground ground_of(const std::string& name) {
-  if (name == "file") return Ground::kAsInFile;
-  if (name == "plane") return Ground::kPlane;
-  if (name == "none") return Ground::kNone;
-  throw InputError(fmt::format("ground is '{}': give file, plane or none", name));
+template <typename T>
+void take(const LoadField& field, const nb::object& given, T& value) {
+  if constexpr (std::is_same_v<T, Folders>) {
+    if (!given.is_none()) value = nb::cast<Folders>(given);
+  } else if constexpr (std::is_enum_v<T>) {
+    value = static_cast<T>(choice_of(field, nb::cast<std::string>(given)));
+  } else if constexpr (std::is_same_v<T, std::string>) {
+    // a keyframe may be a number
+    const nb::object text = field.is_path() ? nb::module_::import_("os").attr("fspath")(given) : nb::str(given);
+    value = nb::cast<std::string>(text);
+  } else {
+    value = nb::cast<T>(given);
+  }
 }
 
-Loaded load(const std::string& given, bool is_text, const std::string& name, bool drop_unsupported,
-            const std::string& keyframe, const std::string& qpos, const std::map<std::string, std::string>& packages,
-            const std::string& base, const std::string& ground, bool decompose, bool allow_external_files,
-            bool within_limits, bool repair) {
-  const LoadOptions options{.drop_unsupported = drop_unsupported,
-                            .keyframe = keyframe,
-                            .qpos = qpos,
-                            .packages = packages,
-                            .root_joint = root_joint_of(base),
-                            .ground = ground_of(ground),
-                            .decompose = decompose,
-                            .allow_external_files = allow_external_files,
-                            .repair = repair,
-                            .within_limits = within_limits};
+LoadOptions load_options(const nb::dict& given) {
+  LoadOptions options;
+  visit_load_fields(options, [&](const LoadField& field, auto& value) {
+    const char* name = argument_of(field);
+    if (!given.contains(name)) return;
+    try {
+      take(field, given[name], value);
+    } catch (const nb::cast_error&) {
+      throw nb::type_error(fmt::format("'{}' cannot be {}", name, nb::repr(given[name]).c_str()).c_str());
+    }
+  });
+  return options;
+}
+
+// The arguments of load(): (name, default, meaning, whether it is a path).
+nb::list load_arguments() {
+  nb::list arguments;
+  const LoadOptions defaults;
+  visit_load_fields(defaults, [&]<typename T>(const LoadField& field, const T& value) {
+    std::string meaning = field.meaning;
+    nb::object otherwise = nb::none();
+    if constexpr (std::is_enum_v<T>) {
+      otherwise = nb::str(kAsInFile);
+      for (const LoadChoice& each : field.choices) meaning += fmt::format("\"{}\": {}; ", each.name, each.meaning);
+      meaning += fmt::format("\"{}\": as in the file", kAsInFile);
+    } else if constexpr (!std::is_same_v<T, Folders>) {
+      otherwise = nb::cast(value);
+    }
+    arguments.append(nb::make_tuple(argument_of(field), otherwise, meaning, field.is_path()));
+  });
+  return arguments;
+}
+
+Loaded load(const std::string& given, bool is_text, const std::string& name, const nb::dict& how) {
+  const LoadOptions options = load_options(how);
   const nb::gil_scoped_release unlocked;
   return {std::make_shared<const Model>(is_text ? load_model_text(given, name, options)
                                                 : load_model(find_model(given), options))};
@@ -181,9 +218,8 @@ NB_MODULE(_core, module) {  // NOLINT(cppcoreguidelines-pro-type-cstyle-cast): t
   nb::register_exception_translator(translate);
 
   module.def("set_program", &set_program_path, nb::arg("path"));
-  module.def("load", &load, nb::arg("given"), nb::arg("is_text"), nb::arg("name"), nb::arg("drop_unsupported"),
-             nb::arg("keyframe"), nb::arg("qpos"), nb::arg("packages"), nb::arg("base"), nb::arg("ground"),
-             nb::arg("decompose"), nb::arg("allow_external_files"), nb::arg("within_limits"), nb::arg("repair"));
+  module.def("load", &load, nb::arg("given"), nb::arg("is_text"), nb::arg("name"), nb::arg("how"));
+  module.def("load_arguments", &load_arguments);
   module.def("contenders", [] { return registry().contender_names(); });
   module.def("add_engine", [](const std::string& path) {
     static_cast<void>(registry());

@@ -1,5 +1,6 @@
 """Loading and checking models, with the sentences of the program."""
 
+import inspect
 import math
 import subprocess
 
@@ -85,6 +86,13 @@ def test_arguments_of_load(pendulum, tmp_path):
         assay.load(pendulum, base="flying")
     with pytest.raises(assay.InputError, match="ground is 'sea'"):
         assay.load(pendulum, ground="sea")
+    assert {"base", "packages", "repair"} <= set(inspect.signature(assay.load).parameters)
+    assert "Gives the robot's root a free joint" in assay.load.__doc__
+    with pytest.raises(TypeError, match="no argument 'grund'"):
+        assay.load(pendulum, grund="plane")
+    with pytest.raises(TypeError, match="'repair' cannot be 'yes'"):
+        assay.load(pendulum, repair="yes")
+    assert assay.load(pendulum, keyframe=0).hash == assay.load(pendulum, keyframe="start").hash
     with pytest.raises(TypeError, match="no argument 'qpos'"):
         assay.load_text(PENDULUM, qpos="x")
     with pytest.raises(assay.InputError, match="no root of the file is fixed to the world"):

@@ -10,7 +10,6 @@
 #include <toml++/toml.h>
 
 #include "base/errors.h"
-#include "base/external_files.h"
 #include "base/hash.h"
 #include "base/input_file.h"
 #include "base/json.h"
@@ -18,6 +17,8 @@
 #include "base/run_bounds.h"
 #include "base/text.h"
 #include "base/toml_file.h"
+#include "campaign/keys.h"
+#include "campaign/load_keys.h"
 #include "campaign/roster.h"
 #include "campaign/section.h"
 #include "campaign/sweep.h"
@@ -46,11 +47,6 @@ std::string joined_ms(const std::vector<double>& timesteps) {
   return join(labels, ", ");
 }
 
-// Paths count from the campaign's folder.
-std::string beside(const Section& section, const std::string& path) {
-  return (fs::absolute(section.source()).parent_path() / path).lexically_normal().string();
-}
-
 ControlSpec control_of(const Section& section, const Model& model) {
   ControlSpec spec;
   spec.kind = "passive";
@@ -59,9 +55,9 @@ ControlSpec control_of(const Section& section, const Model& model) {
   if (const toml::table* table = node->as_table()) {
     const Section control(*table, "control", section.source());
     spec.kind = control.required_text("kind");
-    std::vector<std::string> keys = {"kind"};
-    if (spec.kind == "file") keys.emplace_back("path");
-    if (spec.kind == "policy") keys.insert(keys.end(), {"config", "network"});
+    std::vector<std::string> keys = spec.kind == "file"     ? key_names(kControlKeys, kFileControlKeys)
+                                    : spec.kind == "policy" ? key_names(kControlKeys, kPolicyControlKeys)
+                                                            : key_names(kControlKeys);
     for (const ControlPart& part : kControlParts) {
       if (spec.kind == part.kind) keys.emplace_back(part.name);
     }
@@ -74,11 +70,11 @@ ControlSpec control_of(const Section& section, const Model& model) {
     }
     if (spec.kind == "file") {
       const std::string given = control.required_text("path");
-      spec.file = beside(section, given);
+      spec.file = section.path_from(given);
     }
     if (spec.kind == "policy") {
-      spec.policy = beside(section, control.required_text("config"));
-      if (const auto network = control.text("network")) spec.network = beside(section, *network);
+      spec.policy = section.path_from(control.required_text("config"));
+      if (const auto network = control.text("network")) spec.network = section.path_from(*network);
     }
   } else {
     spec.kind = section.required_text("control");
@@ -96,7 +92,7 @@ GraspBodies grasp_of(const Section& section, const Model& model) {
     section.fail(node, fmt::format(R"('grasp' is {}: give {{object = "...", hand = "..."}})", node_text(*node)));
   }
   const Section bodies(*table, "grasp", section.source());
-  bodies.allow({"object", "hand", "drop_m"});
+  bodies.allow(key_names(kGraspKeys));
   std::vector<std::string> names;
   names.reserve(model.bodies.size());
   for (const Body& body : model.bodies) names.push_back(body.name);
@@ -112,7 +108,7 @@ GraspBodies grasp_of(const Section& section, const Model& model) {
   if (grasp.object == grasp.hand) {
     bodies.fail(bodies.find("hand"), "object and hand are the same body: give the palm as the hand");
   }
-  grasp.drop_m = bodies.positive("drop_m", grasp.drop_m);
+  read_plain(bodies, kGraspKeys, grasp);
   return grasp;
 }
 
@@ -184,7 +180,6 @@ struct Defaults {
 
 // piece_ms = 128, or a list of lengths.
 void read_pieces(const Section& section, CampaignSystem& system) {
-  system.pieces = section.count("pieces", system.pieces, 1, 1000);
   const toml::node* node = section.find("piece_ms");
   if (node == nullptr || !node->is_array()) {
     system.piece_ms = section.positive("piece_ms", system.piece_ms);
@@ -250,12 +245,10 @@ void read_pushes(const Section& section, CampaignSystem& system) {
     section.fail(node, fmt::format("'push' is {}: give {{velocity = 0.5, every_s = 3}}", node_text(*node)));
   }
   const Section push(*table, "push", section.source());
-  push.allow({"velocity", "every_s", "joint", "seed"});
+  push.allow(key_names(kPushKeys));
   if (push.find("velocity") == nullptr)
     section.fail(node, "'push' has no velocity: give it in m/s, of a hinge in rad/s");
-  system.pushes.velocity = push.positive("velocity", 0);
-  system.pushes.every_s = push.positive("every_s", system.pushes.every_s);
-  system.pushes.joint = push.text("joint").value_or("");
+  read_plain(push, kPushKeys, system.pushes);
   system.pushes.seed = static_cast<std::uint64_t>(push.count("seed", 1, 0, 1'000'000'000));
   if (const std::string obstacle = push_obstacle(system.model, system.pushes); !obstacle.empty()) {
     section.fail(node, fmt::format("system '{}' {}", system.name, obstacle));
@@ -388,45 +381,6 @@ void check_grid(const Section& section, const CampaignSystem& system) {
   }
 }
 
-LoadOptions load_options_of(const Section& section) {
-  LoadOptions load;
-  const auto either = [&](const char* first, const char* second) {
-    const bool a = section.flag(first, false), b = section.flag(second, false);
-    if (a && b) section.fail(section.find(first), fmt::format("'{}' and '{}' contradict each other", first, second));
-    return std::pair(a, b);
-  };
-  load.drop_unsupported = section.flag("drop_unsupported", false);
-  load.decompose = section.flag("decompose", false);
-  load.allow_external_files = section.flag("allow_external_files", false);
-  if (load.allow_external_files && !agreed_to_external_files()) {
-    section.fail(
-        section.find("allow_external_files"),
-        "'allow_external_files' lets models read files from outside their folders: look at what they name, and "
-        "then give --allow-external-files");
-  }
-  load.within_limits = section.flag("within_limits", false);
-  load.repair = section.flag("repair", false);
-  const auto [floating, fixed] = either("floating_base", "fixed_base");
-  if (floating) load.root_joint = RootJoint::kFloating;
-  if (fixed) load.root_joint = RootJoint::kFixed;
-  const auto [plane, none] = either("ground", "no_ground");
-  if (plane) load.ground = Ground::kPlane;
-  if (none) load.ground = Ground::kNone;
-  load.keyframe = section.text("keyframe").value_or("");
-  if (const auto qpos = section.text("qpos")) load.qpos = beside(section, *qpos);
-  if (const toml::node* node = section.find("packages")) {
-    const toml::table* table = node->as_table();
-    if (table == nullptr)
-      section.fail(node, fmt::format("'packages' is {}: give {{name = \"folder\"}}", node_text(*node)));
-    for (const auto& [name, folder] : *table) {
-      const auto path = folder.value_exact<std::string>();
-      if (!path) section.fail(&folder, fmt::format("'packages' has {}: give a folder", node_text(folder)));
-      load.packages.emplace(name.str(), beside(section, *path));
-    }
-  }
-  return load;
-}
-
 // exclude = [["a", "b"], ...]: pairs of bodies.
 std::vector<BodyPair> excluded(const Section& section) {
   std::vector<BodyPair> pairs;
@@ -448,46 +402,12 @@ std::vector<BodyPair> excluded(const Section& section) {
 }
 
 CampaignSystem system_of(const Section& section, const Defaults& defaults, long long seed, Roster& roster) {
-  section.allow({"name",
-                 "model",
-                 "duration_s",
-                 "sample_ms",
-                 "pieces",
-                 "piece_ms",
-                 "control",
-                 "contacts",
-                 "gravity",
-                 "measures",
-                 "timesteps_ms",
-                 "timing_ms",
-                 "reference_ms",
-                 "grasp",
-                 "family",
-                 "worlds",
-                 "contenders",
-                 "violation_ms",
-                 "smooth",
-                 "above_ground_m",
-                 "start_rates",
-                 "floating_base",
-                 "fixed_base",
-                 "ground",
-                 "no_ground",
-                 "drop_unsupported",
-                 "keyframe",
-                 "qpos",
-                 "packages",
-                 "decompose",
-                 "exclude",
-                 "initial_states",
-                 "perturbation",
-                 "push",
-                 "reference_single_ms",
-                 "allow_external_files",
-                 "repair",
-                 "within_limits"});
+  std::vector<std::string> keys = key_names(kSystemKeys, kVariantKeys);
+  for (std::string& key : load_key_names()) keys.push_back(std::move(key));
+  section.allow(keys);
   CampaignSystem system;
   system.name = section.required_text("name");
+  read_plain(section, kSystemKeys, system);
   const toml::node* model_node = section.find("model") != nullptr ? section.find("model") : section.find("name");
   std::string model = section.text("model").value_or(system.name);
   system.load = load_options_of(section);
@@ -503,11 +423,7 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults, long 
     system.model = load_model(system.model_path, system.load);
   });
   ModelVariant& variant = system.variant;
-  variant.contacts = section.flag("contacts", true);
-  variant.gravity = section.flag("gravity", true);
-  variant.smooth = section.flag("smooth", false);
-  variant.above_ground_m = section.positive("above_ground_m", variant.above_ground_m);
-  variant.start_rates = section.positive("start_rates", variant.start_rates);
+  read_plain(section, kVariantKeys, variant);
   variant.exclude = excluded(section);
   at_node(section, section.find("exclude"), [&] { system.model = variant_of(std::move(system.model), variant); });
 
@@ -568,7 +484,6 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults, long 
   const auto control = make_control(system.model, system.control);
   const bool passive = control->is_zero();
   system.grasp = grasp_of(section, system.model);
-  system.family = section.text("family").value_or("");
   const toml::node* contenders = section.find("contenders");
   system.contenders = contenders != nullptr ? roster.listed(section, *contenders) : defaults.contenders;
   std::ranges::sort(system.contenders);  // the campaign's order
@@ -584,13 +499,9 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults, long 
 }
 
 TimingOptions timing_of(const Section& section) {
-  section.allow({"rounds", "processes", "batch_ms", "windows", "warmup", "states", "states_of", "twins"});
+  section.allow(key_names(kTimingKeys));
   TimingOptions timing;
-  timing.rounds = section.count("rounds", timing.rounds, 1, 100000);
-  timing.processes = section.count("processes", timing.processes, 1, 100);
-  timing.batch_ms = section.positive("batch_ms", timing.batch_ms);
-  timing.windows = section.count("windows", timing.windows, 1, 1000);
-  timing.warmup = section.count("warmup", timing.warmup, 0, 100000);
+  read_plain(section, kTimingKeys, timing);
   if (const toml::node* node = section.find("states")) {
     const auto text = node->value_exact<std::string>();
     if (!text || (*text != "own" && *text != "common")) {
@@ -724,11 +635,11 @@ SearchTable search_of(const Section& root, const toml::node& node) {
   const toml::table* table = node.as_table();
   if (table == nullptr) root.fail(&node, "'search' is no table: write [search]");
   const Section section(*table, "[search]", root.source());
-  section.allow({"minutes", "error", "penetration", "slip", "realtime", "limits"});
+  section.allow(key_names(kSearchKeys, kSearchLimits));
   SearchTable search;
-  search.minutes = section.positive("minutes", search.minutes);
-  for (const char* key : {"error", "penetration", "slip", "realtime"}) {
-    if (auto text = section.text(key)) search.limits[key] = *std::move(text);
+  read_plain(section, kSearchKeys, search);
+  for (const Key<SearchTable>& key : kSearchLimits) {
+    if (auto text = section.text(key.name)) search.limits[key.name] = *std::move(text);
   }
   if (const toml::node* limits = section.find("limits")) {
     for (const toml::node& entry : section.list("limits", *limits)) {
@@ -746,7 +657,7 @@ std::map<std::string, std::string> ratios_of(const Section& root, const std::vec
   for (const CampaignContender& each : contenders) known.push_back(each.resolved.name);
   std::map<std::string, std::string> ratios;
   for (const Section& section : root.sections("ratio")) {
-    section.allow({"of", "to"});
+    section.allow(key_names(kRatioKeys));
     for (const char* key : {"of", "to"}) {
       const std::string name = section.required_text(key);
       if (std::ranges::find(known, name) != known.end()) continue;
@@ -832,13 +743,14 @@ Campaign parse_campaign(const std::string& toml_text, const std::string& source,
   const toml::table table = toml_table(toml_text, source);
   reading.reset();  // a model's limits are its own
   const Section root(table, "a campaign", source);
-  root.allow({"name", "title", "contenders", "timesteps_ms", "reference_ms", "measures", "time_limit_s", "seed",
-              "reference_single_ms", "timing", "system", "contender", "ratio", "search", "sweep", "builds"});
+  std::vector<std::string> keys = key_names(kCampaignKeys);
+  keys.insert(keys.end(), {"timing", "system", "contender", "ratio", "search", "sweep"});
+  root.allow(keys);
   Campaign campaign;
   campaign.source = source;
   campaign.name = root.required_text("name");
   campaign.title = root.text("title").value_or(campaign.name);
-  campaign.time_limit_s = root.positive("time_limit_s", campaign.time_limit_s);
+  read_plain(root, kCampaignKeys, campaign);
   if (campaign.time_limit_s < kLeastTimeLimitS || campaign.time_limit_s > kMostTimeLimitS) {
     root.fail(root.find("time_limit_s"),
               fmt::format("'time_limit_s' is {}: give at least {} and at most {} seconds for one cell",

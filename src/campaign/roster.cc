@@ -8,6 +8,7 @@
 
 #include "base/hash.h"
 #include "base/text.h"
+#include "campaign/keys.h"
 #include "engines/builds.h"
 
 namespace assay {
@@ -130,7 +131,7 @@ Roster::Roster(const Section& root, const Registry& registry) : registry_(regist
     if (builds_.empty()) root.fail(node, "'builds' is empty: name a build, or leave the key out for the baseline");
   }
   for (const Section& section : root.sections("contender")) {
-    section.allow({"name", "base", "set"});
+    section.allow(key_names(kContenderKeys));
     const std::string name = section.required_text("name");
     if (!derived_.emplace(name, section).second) {
       section.fail(section.find("name"), fmt::format("there are two contenders '{}': rename one", name));

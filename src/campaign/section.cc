@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <set>
 #include <sstream>
 
@@ -180,6 +181,10 @@ std::optional<std::vector<Measure>> Section::measures(std::string_view key) cons
     sorted.insert(found->first);
   }
   return std::vector<Measure>(sorted.begin(), sorted.end());
+}
+
+std::string Section::path_from(const std::string& path) const {
+  return (std::filesystem::absolute(source_).parent_path() / path).lexically_normal().string();
 }
 
 std::vector<Section> Section::sections(std::string_view key) const {

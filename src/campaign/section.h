@@ -54,6 +54,8 @@ class Section {
   std::vector<Section> sections(std::string_view key) const;
 
   const std::string& source() const { return source_; }
+  // A path in the file, which counts from the file's folder.
+  std::string path_from(const std::string& path) const;
 
  private:
   const toml::table& table_;

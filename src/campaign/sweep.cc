@@ -8,6 +8,7 @@
 #include <fnmatch.h>
 
 #include "base/text.h"
+#include "campaign/keys.h"
 
 namespace assay {
 namespace {
@@ -54,7 +55,7 @@ std::vector<std::string> names_in(const Section& section, std::string_view key, 
 
 Sweep sweep_of(const Section& section, const Campaign& campaign) {
   Sweep sweep{section, {}, {}, {}};
-  std::vector<std::string> keys = {"contenders", "systems", "set"};
+  std::vector<std::string> keys = key_names(kSweepKeys);
   for (const std::string& role : setting_role_names()) keys.push_back(role);
   section.allow(keys);
   const toml::node* contenders = section.find("contenders");

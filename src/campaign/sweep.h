@@ -1,14 +1,6 @@
 // Settings as curve parameters: contenders that differ from one of the campaign's in the settings that a table varies.
-//
-//   [[sweep]]
-//   contenders = ["mujoco-*", "ode-quick"]        # of the campaign, by name or pattern
-//   iterations = [2, 5, 10, 50]                   # by what settings decide (engines/registry.h: setting_role_text):
-//                                                 # each engine's own setting of that role takes the values
-//   set = {contact_timeconst = [0.005, 0.02]}     # or by their names
-//   systems = ["grasp"]                           # default: wherever the contender takes part
-//
 // A table makes every combination of its values; several tables add up. A combination that changes nothing is the
-// contender itself.
+// contender itself. campaign/keys.h has the keys of [[sweep]].
 #pragma once
 
 #include <string>

@@ -155,7 +155,7 @@ void add_check(CLI::App& app, Action& action) {
           ->expected(0, 1);
   command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();
   command->callback([&action, options, repair] {
-    options->model.repair = repair->count() > 0;
+    options->model.load.repair = repair->count() > 0;
     action = [options] { return check(*options); };
   });
 }

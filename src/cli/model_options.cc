@@ -1,5 +1,6 @@
 #include "cli/model_options.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <string_view>
 
@@ -18,49 +19,57 @@ namespace fs = std::filesystem;
 
 constexpr const char* kGroup = "How the model is read";
 
-void refuse_both(bool a, bool b, std::string_view first, std::string_view second) {
-  if (a && b) throw InputError(fmt::format("{} and {} contradict each other: give one of them", first, second));
+std::string option_name(std::string_view key) {
+  std::string name = "--" + std::string(key);
+  std::ranges::replace(name, '_', '-');
+  return name;
+}
+std::string option_name(const LoadField& field) {
+  return option_name(field.option != nullptr ? field.option : field.key);
+}
+
+void refuse_both(const std::string& first, const std::string& second) {
+  throw InputError(fmt::format("{} and {} contradict each other: give one of them", first, second));
+}
+
+void read_folders(const std::string& option, const std::vector<std::string>& given, Folders& folders) {
+  for (const std::string& text : given) {
+    const size_t equals = text.find('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
+      throw InputError(fmt::format("{0} is '{1}': write it as NAME=DIR, as in {0} my_robot=~/my_robot", option, text));
+    }
+    const std::string name = text.substr(0, equals), folder = text.substr(equals + 1);
+    if (std::error_code error; !fs::is_directory(folder, error)) {
+      throw InputError(fmt::format("{} {}: there is no folder '{}'; check the path", option, name, folder));
+    }
+    if (!folders.emplace(name, folder).second) {
+      throw InputError(fmt::format("{} names '{}' twice: keep one of them", option, name));
+    }
+  }
 }
 
 }  // namespace
 
 void add_load_options(CLI::App& command, ModelOptions& options, Repair repair) {
-  const auto flag = [&](const char* name, bool& value, const char* meaning) {
-    command.add_flag(name, value, meaning)->disable_flag_override()->group(kGroup);
+  const auto flag = [&](const char* key, bool& value, const char* meaning) {
+    command.add_flag(option_name(key), value, meaning)->disable_flag_override()->group(kGroup);
   };
-  flag("--drop-unsupported", options.drop_unsupported,
-       "Leaves out elements that no engine can be given instead of refusing the model, and names them");
-  command
-      .add_option("--package", options.packages,
-                  "Folder of package://NAME/... in a URDF file; may be repeated (also found: upward from the file, in "
-                  "ROS_PACKAGE_PATH and AMENT_PREFIX_PATH)")
-      ->group(kGroup)
-      ->type_name("NAME=DIR")
-      ->allow_extra_args(false);
-  flag("--allow-external-files", options.allow_external_files,
-       "Takes includes, meshes and other assets from anywhere and not only from below the model's folder");
-  flag("--floating-base", options.floating_base, "Gives the robot's root a free joint");
-  flag("--fixed-base", options.fixed_base, "Fixes the robot's root to the world");
-  flag("--ground", options.ground, "Adds a ground plane at the lowest point of the robot's shapes at its start");
-  flag("--no-ground", options.no_ground, "Leaves out the file's planes");
-  flag("--within-limits", options.within_limits, "Puts joints that start beyond their limits at the limit");
-  if (repair == Repair::kFlag) {
-    flag("--repair", options.repair,
-         "Mends in memory what has one obvious way out (inertias that no body has, swapped limits, joints that move no "
-         "mass), and says what");
-  }
-  flag("--decompose", options.decompose,
-       "Takes concave meshes for several convex hulls instead of one; seconds a mesh, kept for the next time");
-  command
-      .add_option("--keyframe", options.keyframe, "Keyframe to start from, by name or number from 0 (default: first)")
-      ->group(kGroup)
-      ->type_name("NAME|NUMBER");
-  command
-      .add_option("--qpos", options.qpos,
-                  "File with the configuration to start from, at rest: all numbers of MuJoCo's qpos, or lines "
-                  "JOINT=VALUE")
-      ->group(kGroup)
-      ->type_name("FILE");
+  const auto option = [&](const LoadField& field, auto& value) {
+    return command.add_option(option_name(field), value, field.meaning)->group(kGroup)->type_name(field.value);
+  };
+  visit_load_fields(options.load, Overloaded{[&](const LoadField& field, bool& value) {
+                                               const bool own =
+                                                   repair == Repair::kOwn && &value == &options.load.repair;
+                                               if (!own) flag(field.key, value, field.meaning);
+                                             },
+                                             [&](const LoadField& field, std::string& value) { option(field, value); },
+                                             [&](const LoadField& field, Folders&) {
+                                               option(field, options.packages[field.key])->allow_extra_args(false);
+                                             },
+                                             [&](const LoadField& field, auto&) {
+                                               for (const LoadChoice& each : field.choices)
+                                                 flag(each.key, options.choices[each.key], each.meaning);
+                                             }});
 }
 
 void add_model_options(CLI::App& command, ModelOptions& options, Repair repair) {
@@ -69,36 +78,27 @@ void add_model_options(CLI::App& command, ModelOptions& options, Repair repair) 
 }
 
 LoadOptions load_options(const ModelOptions& options) {
-  refuse_both(options.floating_base, options.fixed_base, "--floating-base", "--fixed-base");
-  refuse_both(options.ground, options.no_ground, "--ground", "--no-ground");
-  refuse_both(options.keyframe.has_value(), options.qpos.has_value(), "--keyframe", "--qpos");
-  LoadOptions load;
-  load.drop_unsupported = options.drop_unsupported;
-  load.keyframe = options.keyframe.value_or("");
-  load.qpos = options.qpos.value_or("");
-  load.decompose = options.decompose;
-  load.allow_external_files = options.allow_external_files;
-  if (options.allow_external_files) agree_to_external_files();
-  load.within_limits = options.within_limits;
-  load.repair = options.repair;
-  if (options.floating_base) load.root_joint = RootJoint::kFloating;
-  if (options.fixed_base) load.root_joint = RootJoint::kFixed;
-  if (options.ground) load.ground = Ground::kPlane;
-  if (options.no_ground) load.ground = Ground::kNone;
-  for (const std::string& text : options.packages) {
-    const size_t equals = text.find('=');
-    if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
-      throw InputError(
-          fmt::format("--package is '{}': write it as NAME=DIR, as in --package my_robot=~/my_robot", text));
-    }
-    const std::string name = text.substr(0, equals), folder = text.substr(equals + 1);
-    if (std::error_code error; !fs::is_directory(folder, error)) {
-      throw InputError(fmt::format("--package {}: there is no folder '{}'; check the path", name, folder));
-    }
-    if (!load.packages.emplace(name, folder).second) {
-      throw InputError(fmt::format("--package names '{}' twice: keep one of them", name));
-    }
-  }
+  LoadOptions load = options.load;
+  visit_load_fields(load, Overloaded{[](const LoadField&, bool&) {}, [](const LoadField&, std::string&) {},
+                                     [&](const LoadField& field, Folders& folders) {
+                                       const auto given = options.packages.find(field.key);
+                                       if (given == options.packages.end()) return;
+                                       read_folders(option_name(field), given->second, folders);
+                                     },
+                                     [&]<typename Choice>(const LoadField& field, Choice& value) {
+                                       int number = 0;
+                                       for (const LoadChoice& each : field.choices) {
+                                         ++number;
+                                         const auto given = options.choices.find(each.key);
+                                         if (given == options.choices.end() || !given->second) continue;
+                                         if (!is_load_default(value)) {
+                                           refuse_both(option_name(field.choices[0].key), option_name(each.key));
+                                         }
+                                         value = static_cast<Choice>(number);
+                                       }
+                                     }});
+  if (!load.keyframe.empty() && !load.qpos.empty()) refuse_both("--keyframe", "--qpos");
+  if (load.allow_external_files) agree_to_external_files();
   return load;
 }
 
@@ -113,20 +113,22 @@ void tell_notes(const Model& model) {
 
 std::vector<std::string> option_words(const LoadOptions& options) {
   std::vector<std::string> words;
-  if (options.drop_unsupported) words.emplace_back("--drop-unsupported");
-  for (const auto& [name, folder] : options.packages) {
-    words.insert(words.end(), {"--package", fmt::format("{}={}", name, folder)});
-  }
-  if (options.root_joint == RootJoint::kFloating) words.emplace_back("--floating-base");
-  if (options.root_joint == RootJoint::kFixed) words.emplace_back("--fixed-base");
-  if (options.ground == Ground::kPlane) words.emplace_back("--ground");
-  if (options.ground == Ground::kNone) words.emplace_back("--no-ground");
-  if (options.decompose) words.emplace_back("--decompose");
-  if (options.allow_external_files) words.emplace_back("--allow-external-files");
-  if (options.within_limits) words.emplace_back("--within-limits");
-  if (options.repair) words.emplace_back("--repair");
-  if (!options.keyframe.empty()) words.insert(words.end(), {"--keyframe", options.keyframe});
-  if (!options.qpos.empty()) words.insert(words.end(), {"--qpos", options.qpos});
+  visit_load_fields(options,
+                    Overloaded{[&](const LoadField& field, const bool& value) {
+                                 if (value) words.push_back(option_name(field));
+                               },
+                               [&](const LoadField& field, const std::string& value) {
+                                 if (!value.empty()) words.insert(words.end(), {option_name(field), value});
+                               },
+                               [&](const LoadField& field, const Folders& value) {
+                                 for (const auto& [name, folder] : value) {
+                                   words.insert(words.end(), {option_name(field), fmt::format("{}={}", name, folder)});
+                                 }
+                               },
+                               [&](const LoadField& field, const auto& value) {
+                                 if (is_load_default(value)) return;
+                                 words.push_back(option_name(field.choices.at(static_cast<size_t>(value) - 1).key));
+                               }});
   return words;
 }
 

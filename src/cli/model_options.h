@@ -1,7 +1,7 @@
 // The argument MODEL and the options that say how it is read: one set for every command that takes a model.
 #pragma once
 
-#include <optional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -15,15 +15,9 @@ namespace assay::cli {
 // As given on the command line.
 struct ModelOptions {
   std::string model;
-  bool drop_unsupported = false;
-  bool floating_base = false, fixed_base = false;
-  bool ground = false, no_ground = false;
-  bool decompose = false;
-  bool allow_external_files = false;
-  bool within_limits = false;
-  bool repair = false;
-  std::vector<std::string> packages;  // NAME=DIR
-  std::optional<std::string> keyframe, qpos;
+  LoadOptions load;                                          // flags and texts
+  std::map<std::string, bool> choices;                       // by LoadChoice::key
+  std::map<std::string, std::vector<std::string>> packages;  // NAME=DIR, by LoadField::key
 };
 
 // `assay check` has a --repair of its own, which takes a file.

@@ -88,7 +88,7 @@ int run(RunOptions options) {
   static_cast<void>(json_progress(options.run));  // refused before anything is read
   if (options.run.device) require_device(*options.run.device);
   options.run.command = resuming(options);
-  if (options.model.allow_external_files) agree_to_external_files();
+  if (options.model.load.allow_external_files) agree_to_external_files();
   if (is_robot(options.run.campaign)) {
     rehearse_robot(options.run.campaign, load_options(options.model), control_given(options.control, options.policy));
     if (options.full || options.run.shard || options.run.cells || options.run.device ||

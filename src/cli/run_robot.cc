@@ -18,6 +18,7 @@
 #include "base/text.h"
 #include "base/write_file.h"
 #include "campaign/campaign.h"
+#include "campaign/load_keys.h"
 #include "check/model_check.h"
 #include "check/step_bounds.h"
 #include "cli/answer.h"
@@ -57,29 +58,6 @@ fs::path canonical_path(const std::string& path) {
 std::string relative_path(const std::string& file, const std::string& dir) {
   const std::string path = canonical_path(file).lexically_relative(canonical_path(dir)).string();
   return path.find('/') == std::string::npos ? "./" + path : path;
-}
-
-// How the model is read, as lines of a campaign's [[system]].
-std::vector<std::string> model_lines(const LoadOptions& load, const std::string& dir) {
-  std::vector<std::string> lines;
-  if (load.drop_unsupported) lines.emplace_back("drop_unsupported = true");
-  if (load.root_joint == RootJoint::kFloating) lines.emplace_back("floating_base = true");
-  if (load.root_joint == RootJoint::kFixed) lines.emplace_back("fixed_base = true");
-  if (load.ground == Ground::kPlane) lines.emplace_back("ground = true");
-  if (load.ground == Ground::kNone) lines.emplace_back("no_ground = true");
-  if (load.decompose) lines.emplace_back("decompose = true");
-  if (load.allow_external_files) lines.emplace_back("allow_external_files = true");
-  if (load.within_limits) lines.emplace_back("within_limits = true");
-  if (load.repair) lines.emplace_back("repair = true");
-  if (!load.keyframe.empty()) lines.push_back("keyframe = " + toml_text(load.keyframe));
-  if (!load.qpos.empty()) lines.push_back("qpos = " + toml_text(relative_path(load.qpos, dir)));
-  std::vector<std::string> packages;
-  packages.reserve(load.packages.size());
-  for (const auto& [name, folder] : load.packages) {
-    packages.push_back(toml_text(name) + " = " + toml_text(relative_path(folder, dir)));
-  }
-  if (!packages.empty()) lines.push_back(fmt::format("packages = {{{}}}", join(packages, ", ")));
-  return lines;
 }
 
 std::string default_out(const std::string& robot) { return fs::path(robot).stem().string() + "-results"; }
@@ -599,7 +577,7 @@ int run_robot(const RobotRequest& request) {
   const std::string file = find_model(run.campaign);
   const auto [how, model, notes] = stand(file, load_options(request.model));
   ProgrammeOptions options;
-  options.model_lines = model_lines(how, run.out);
+  options.model_lines = load_lines(how, [&](const std::string& path) { return relative_path(path, run.out); });
   options.notes = notes;
   const std::vector<std::string> ours = system_names();
   const bool by_name = std::ranges::find(ours, run.campaign) != ours.end();

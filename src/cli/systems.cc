@@ -5,6 +5,7 @@
 #include "base/json.h"
 #include "base/paths.h"
 #include "base/quantity.h"
+#include "campaign/keys.h"
 #include "cli/cli.h"
 #include "cli/facts.h"
 #include "load/mjcf.h"
@@ -48,7 +49,15 @@ void add_systems(CLI::App& app, Action& action) {
                                    {"ASSAY_DATA=~/lab assay systems", "the models of ~/lab/models instead"}});
   const auto as_json = std::make_shared<bool>(false);
   command->add_flag("--json", *as_json, "Print JSON")->disable_flag_override();
-  command->callback([&action, as_json] { action = [as_json] { return list_systems(*as_json); }; });
+  const auto keys = std::make_shared<bool>(false);
+  command->add_flag("--campaign-keys", *keys, "Print docs/campaign-keys.md")->disable_flag_override()->group("");
+  command->callback([&action, as_json, keys] {
+    action = [as_json, keys] {
+      if (!*keys) return list_systems(*as_json);
+      print(campaign_keys_markdown());
+      return kDone;
+    };
+  });
 }
 
 }  // namespace assay::cli

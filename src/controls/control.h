@@ -114,30 +114,31 @@ std::unique_ptr<Control> actuator_control(const Model& model, std::vector<double
 
 // A control as campaigns and users name it.
 struct ControlSpec {
-  std::string kind = "actuators";                // one of control_kinds()
-  double amplitude = 1;                          // sine: Nm, at every hinge
-  double frequency = 1;                          // sine: Hz, at every hinge
-  double phase_step = 2 * std::numbers::pi / 5;  // sine: rad from one hinge to the next
-  double natural_frequency = 0;                  // hold: Hz; 0: as stiff as hold.h says
-  double motion = 0.3;                           // random: rad (m for slides) that a free joint would move about
-  double seed = 1;                               // random: a whole number
-  std::string file = {};                         // file: path of a CSV file of torques (torque_file.h)
-  std::string policy = {};                       // policy: path of its configuration (policy_config.h)
-  std::string network = {};                      // policy: path of an ONNX or CSV file in place of the configuration's
+  std::string kind = "actuators";  // one of control_kinds()
+  double amplitude = 1;
+  double frequency = 1;
+  double phase_step = 2 * std::numbers::pi / 5;
+  double natural_frequency = 0;  // 0: as stiff as hold.h says
+  double motion = 0.3;
+  double seed = 1;
+  std::string file = {};     // file: path of a CSV file of torques (torque_file.h)
+  std::string policy = {};   // policy: path of its configuration (policy_config.h)
+  std::string network = {};  // policy: path of an ONNX or CSV file in place of the configuration's
 };
 // The numbers of a control, as users and files name them, and the kind that has them.
 struct ControlPart {
   const char* kind;
   const char* name;
   double ControlSpec::* member;
+  const char* meaning;
 };
 inline constexpr std::array<ControlPart, 6> kControlParts = {
-    {{"sine", "amplitude", &ControlSpec::amplitude},
-     {"sine", "frequency", &ControlSpec::frequency},
-     {"sine", "phase_step", &ControlSpec::phase_step},
-     {"hold", "natural_frequency", &ControlSpec::natural_frequency},
-     {"random", "motion", &ControlSpec::motion},
-     {"random", "seed", &ControlSpec::seed}}};
+    {{"sine", "amplitude", &ControlSpec::amplitude, "Nm, at every hinge"},
+     {"sine", "frequency", &ControlSpec::frequency, "Hz, at every hinge"},
+     {"sine", "phase_step", &ControlSpec::phase_step, "rad from one hinge to the next"},
+     {"hold", "natural_frequency", &ControlSpec::natural_frequency, "Hz; 0: as stiff as is stable"},
+     {"random", "motion", &ControlSpec::motion, "rad (slides: m) that a free joint would move about"},
+     {"random", "seed", &ControlSpec::seed, "a whole number"}}};
 
 // "passive": no torque. "sine": one at every hinge. "actuators": the model's own, with their sines. "hold": a PD that
 // holds the start pose (hold.h). "random": seeded sums of sines (hold.h). "file": torques of a CSV file

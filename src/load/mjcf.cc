@@ -275,11 +275,9 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
   LoadReport translated =
       translate({.spec = spec.get(),
                  .compiled = compiled.get(),
-                 .drop_unsupported = options.drop_unsupported,
-                 .decompose = options.decompose,
+                 .load = options,
                  .base_is_link = is_urdf,
                  .base_floats = options.root_joint == RootJoint::kFloating || (is_urdf && !urdf.has_mass),
-                 .keyframe = options.keyframe,
                  .massless = urdf.massless,
                  .inertia = urdf.inertia,
                  .file_of_model = [&](const std::string& name) { return places.file_of_model(name); },

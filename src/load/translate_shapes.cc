@@ -178,7 +178,7 @@ const std::vector<int>& Translator::hulls_of_mesh(int g) {
   if (!fresh) return indices;
   const std::optional<Hull> whole = hull_of(g, mesh);
   if (!whole) return indices;
-  for (Hull& hull : decompose_ ? parts_of(g, mesh, *whole) : std::vector<Hull>{*whole}) {
+  for (Hull& hull : load_.decompose ? parts_of(g, mesh, *whole) : std::vector<Hull>{*whole}) {
     indices.push_back(static_cast<int>(model_.hulls.size()));
     model_.hulls.push_back(std::move(hull));
   }

@@ -28,18 +28,18 @@ void Translator::translate_keyframes() {
 
 void Translator::choose_initial_state() {
   size_t chosen = 0;
-  if (!keyframe_.empty()) {
+  if (!load_.keyframe.empty()) {
     std::vector<std::string> names;
     names.reserve(model_.keyframes.size());
     for (const Keyframe& key : model_.keyframes) names.push_back(key.name);
-    const auto named = std::ranges::find(names, keyframe_);
-    const auto number = parse_integer(keyframe_);
+    const auto named = std::ranges::find(names, load_.keyframe);
+    const auto number = parse_integer(load_.keyframe);
     if (named != names.end()) {
       chosen = static_cast<size_t>(named - names.begin());
     } else if (number && *number >= 0 && std::cmp_less(*number, names.size())) {
       chosen = static_cast<size_t>(*number);
     } else {
-      refuse(fmt::format("it has no keyframe '{}'{}", keyframe_, did_you_mean(keyframe_, names)),
+      refuse(fmt::format("it has no keyframe '{}'{}", load_.keyframe, did_you_mean(load_.keyframe, names)),
              names.empty() ? "it has none, start without --keyframe"
                            : fmt::format("name one of its {}, or its number from 0", names.size()));
     }

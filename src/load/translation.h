@@ -9,6 +9,7 @@
 #include "load/drawing.h"
 #include "load/file_facts.h"
 #include "load/inertia.h"
+#include "load/load_options.h"
 #include "load/mujoco_messages.h"
 #include "load/problems.h"
 
@@ -17,13 +18,11 @@ namespace assay {
 struct TranslationInput {
   const mjSpec* spec = nullptr;       // as parsed, for lines
   const mjModel* compiled = nullptr;  // of `spec`, with fusestatic off
-  bool drop_unsupported = false;
-  bool decompose = false;  // LoadOptions::decompose
+  LoadOptions load = {};
   // Shapes that are fixed to the world, planes excepted, are those of a link: as between moving links, they do not
   // collide with what a joint joins to it. So it is in URDF, where no pair can be excluded.
   bool base_is_link = false;
-  bool base_floats = false;   // RootJoint::kFloating, or what no joint could move, because no link has mass
-  std::string keyframe = {};  // name, or number from 0, of the one that gives the initial state; empty for the first
+  bool base_floats = false;  // RootJoint::kFloating, or what no joint could move, because no link has mass
   // Moving bodies whose mass and inertia in `compiled` are placeholders, because MuJoCo compiles no massless ones: they
   // become massless bodies.
   std::set<std::string> massless = {};

@@ -29,11 +29,9 @@ LoadReport translate(const TranslationInput& input) { return Translator(input).t
 
 Translator::Translator(const TranslationInput& input)
     : m_(input.compiled),
-      drop_unsupported_(input.drop_unsupported),
-      decompose_(input.decompose),
+      load_(input.load),
       base_is_link_(input.base_is_link),
       base_floats_(input.base_floats),
-      keyframe_(input.keyframe),
       massless_(input.massless),
       inertia_(input.inertia),
       facts_(input.facts),
@@ -150,8 +148,8 @@ void Translator::unsupported(mjtObj type, int id, const std::string& what, const
                              const std::string& drop) {
   const auto [line, file] = place(type, id);
   Problem problem = {.element = label(type, id), .line = line, .file = file, .message = what, .mend = mend};
-  problem.option = drop_unsupported_ ? "" : fmt::format("--drop-unsupported, which {}", drop);
-  if (drop_unsupported_) {
+  problem.option = load_.drop_unsupported ? "" : fmt::format("--drop-unsupported, which {}", drop);
+  if (load_.drop_unsupported) {
     problem.severity = Severity::kLeftOut;
     problem.message = fmt::format("{}: --drop-unsupported {}", what, drop);
   }
@@ -160,8 +158,8 @@ void Translator::unsupported(mjtObj type, int id, const std::string& what, const
 
 void Translator::unsupported(const std::string& what, const std::string& mend, const std::string& drop) {
   Problem problem = {.message = what, .mend = mend};
-  problem.option = drop_unsupported_ ? "" : fmt::format("--drop-unsupported, which {}", drop);
-  if (drop_unsupported_) {
+  problem.option = load_.drop_unsupported ? "" : fmt::format("--drop-unsupported, which {}", drop);
+  if (load_.drop_unsupported) {
     problem.severity = Severity::kLeftOut;
     problem.message = fmt::format("{}: --drop-unsupported {}", what, drop);
   }

@@ -145,9 +145,9 @@ class Translator {
   void fill_places(FileFacts& facts) const;
 
   const mjModel* m_;
-  bool drop_unsupported_, decompose_, base_is_link_, base_floats_;
+  LoadOptions load_;
+  bool base_is_link_, base_floats_;
   bool has_sprung_free_ = false;  // free joints as three slides and a ball
-  std::string keyframe_;
   std::set<std::string> massless_;
   std::map<std::string, RigidPart> inertia_;
   FileFacts* facts_;

@@ -12,13 +12,13 @@ namespace assay {
 
 // Half widths of uniform distributions around the model's initial state.
 struct Perturbation {
-  double joint_position = 0.02;                      // rad; of hinges and ball joints, of these about a random axis
-  double joint_rate = 0.2;                           // rad/s
-  double slide_position = 0.002, slide_rate = 0.02;  // m, m/s; of slides
-  double position = 0.005;                           // m, along each axis; of free bodies, as the next three
-  double rotation = 0.05;                            // rad, about a random axis
-  double velocity = 0.05;                            // m/s, along each axis
-  double spin = 0.2;                                 // rad/s, about each axis
+  double joint_position = 0.02;
+  double joint_rate = 0.2;
+  double slide_position = 0.002, slide_rate = 0.02;
+  double position = 0.005;
+  double rotation = 0.05;
+  double velocity = 0.05;
+  double spin = 0.2;
 
   bool operator==(const Perturbation&) const = default;
 };
@@ -27,16 +27,17 @@ struct Perturbation {
 struct PerturbationPart {
   const char* name;
   double Perturbation::* member;
+  const char* meaning;
 };
 inline constexpr std::array<PerturbationPart, 8> kPerturbationParts = {
-    {{"joint_position", &Perturbation::joint_position},
-     {"joint_rate", &Perturbation::joint_rate},
-     {"slide_position", &Perturbation::slide_position},
-     {"slide_rate", &Perturbation::slide_rate},
-     {"position", &Perturbation::position},
-     {"rotation", &Perturbation::rotation},
-     {"velocity", &Perturbation::velocity},
-     {"spin", &Perturbation::spin}}};
+    {{"joint_position", &Perturbation::joint_position, "rad; of hinges and ball joints, of these about a random axis"},
+     {"joint_rate", &Perturbation::joint_rate, "rad/s; of hinges and ball joints"},
+     {"slide_position", &Perturbation::slide_position, "m; of slides"},
+     {"slide_rate", &Perturbation::slide_rate, "m/s; of slides"},
+     {"position", &Perturbation::position, "m along each axis; of free bodies"},
+     {"rotation", &Perturbation::rotation, "rad about a random axis; of free bodies"},
+     {"velocity", &Perturbation::velocity, "m/s along each axis; of free bodies"},
+     {"spin", &Perturbation::spin, "rad/s about each axis; of free bodies"}}};
 
 struct InitialStates {
   int count = 1;  // the model's own initial state is the first of them

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/hash.h"
+#include "model/fields.h"
 
 namespace assay {
 namespace {
@@ -31,6 +32,23 @@ class Bytes {
     add(X.p);
     add(X.q);
   }
+  void add(const Mat3& M) {
+    for (int i = 0; i < 3; ++i) add(Vec3(M.col(i)));
+  }
+  void add(const std::vector<Vec3>& points) {
+    for (const Vec3& point : points) add(point);
+  }
+  void add(const std::vector<JointTerm>& terms) {
+    add(static_cast<int>(terms.size()));
+    for (const JointTerm& term : terms) {
+      add(term.joint);
+      add(term.coefficient);
+    }
+  }
+  void add(ShapeType type) { add(static_cast<int>(type)); }
+  void add(JointType type) {
+    if (type == JointType::kSlide) add(std::string("slide"));
+  }
   void add(const std::vector<double>& values) {
     add(static_cast<int>(values.size()));
     for (double value : values) add(value);
@@ -52,14 +70,6 @@ class Bytes {
   std::string bytes_;
 };
 
-void add(Bytes& bytes, const std::vector<JointTerm>& terms) {
-  bytes.add(static_cast<int>(terms.size()));
-  for (const JointTerm& term : terms) {
-    bytes.add(term.joint);
-    bytes.add(term.coefficient);
-  }
-}
-
 // The words "motor" and "position" of an actuator on one joint keep the form that such models always had, so that
 // stored results stay comparable.
 void add(Bytes& bytes, const Actuator& a) {
@@ -73,7 +83,7 @@ void add(Bytes& bytes, const Actuator& a) {
   if (motor || position) {
     bytes.add(a.terms[0].joint);
   } else {
-    add(bytes, a.terms);
+    bytes.add(a.terms);
     bytes.add(std::vector<double>{a.gain, a.bias[0], a.bias[1], a.bias[2]});
   }
   bytes.add(std::vector<double>{one ? a.terms[0].coefficient : 1, kp, kv, a.control_lower, a.control_upper,
@@ -88,59 +98,59 @@ void add(Bytes& bytes, const Actuator& a) {
   }
 }
 
-// What models had no words for at first: nothing is added for a model that does not use it.
-void add_extensions(Bytes& bytes, const Model& model) {
-  for (const Body& b : model.bodies) {
-    if (b.ball >= 0) bytes.add(b.ball);
+// Visits fields (fields.h): what the hash has of a part at its place.
+struct Own {
+  Bytes& bytes;
+
+  template <typename T>
+  Own& operator()(const char*, const T& member) {
+    bytes.add(member);
+    return *this;
   }
-  for (const Joint& j : model.joints) {
-    if (j.type != JointType::kHinge) bytes.add(std::string("slide"));
-    if (j.dry_friction != 0) bytes.add(j.dry_friction);
+  Own& list(int count) {
+    bytes.add(count);
+    return *this;
   }
-  for (const BallJoint& b : model.balls) {
-    bytes.add(b.body);
-    bytes.add(b.p_BJ);
-    bytes.add(b.limited);
-    bytes.add(b.spring_reference);
-    bytes.add(std::vector<double>{b.upper, b.stiffness, b.damping, b.armature, b.dry_friction});
+  template <typename... Rows>
+  void later(const Rows&...) {}
+  template <typename T>
+  void unhashed(const char*, const T&) {}
+};
+
+// What it has of it after all else.
+struct Later {
+  Bytes& bytes;
+
+  template <typename T>
+  Later& operator()(const char*, const T&) {
+    return *this;
   }
-  for (const Shape& s : model.shapes) {
-    if (s.type == ShapeType::kBox || s.type == ShapeType::kEllipsoid) bytes.add(s.half_size);
-    if (s.data >= 0) bytes.add(s.data);
+  Later& list(int) { return *this; }
+  template <typename Default, typename T>
+  void later(const Default& otherwise, const char*, const T& member) {
+    if (member != otherwise) bytes.add(member);
   }
-  for (const Hull& h : model.hulls) {
-    for (const Vec3& v : h.vertices) bytes.add(v);
+  void later(double otherwise, const char*, double a, const char*, double b) {
+    if (a != otherwise || b != otherwise) bytes.add(std::vector<double>{a, b});
   }
-  for (const HeightField& h : model.height_fields) {
-    bytes.add(h.rows);
-    bytes.add(h.columns);
-    bytes.add(std::vector<double>{h.half_x, h.half_y, h.base});
-    bytes.add(h.heights);
-  }
-  for (const ContactPair& c : model.contacts) {
-    if (c.torsional != 0 || c.rolling != 0) bytes.add(std::vector<double>{c.torsional, c.rolling});
-  }
-  for (const Coupling& c : model.couplings) {
-    bytes.add(c.joint);
-    add(bytes, c.terms);
-    bytes.add(c.offset);
-  }
-  for (const Connect& c : model.connects) {
-    bytes.add(c.body_a);
-    bytes.add(c.body_b);
-    bytes.add(c.p_A);
-    bytes.add(c.p_B);
-  }
-  for (const Weld& w : model.welds) {
-    bytes.add(w.body_a);
-    bytes.add(w.body_b);
-    bytes.add(w.X_AB);
-  }
-  for (const Tendon& t : model.tendons) {
-    add(bytes, t.terms);
-    bytes.add(t.limited);
-    bytes.add(
-        std::vector<double>{t.stiffness, t.rest_lower, t.rest_upper, t.damping, t.lower, t.upper, t.dry_friction});
+  template <typename T>
+  void unhashed(const char*, const T&) {}
+};
+
+template <typename Visitor, typename Part>
+void add(Bytes& bytes, const std::vector<Part>& parts) {
+  Visitor visitor{bytes};
+  for (const Part& part : parts) fields(visitor, part);
+}
+
+// Of parts that a model may be without: nothing is added for none.
+template <typename Part>
+void add_whole(Bytes& bytes, const std::vector<Part>& parts) {
+  for (const Part& part : parts) {
+    Own own{bytes};
+    fields(own, part);
+    Later later{bytes};
+    fields(later, part);
   }
 }
 
@@ -172,37 +182,22 @@ bool Model::has_limits() const {
 std::string model_hash(const Model& model) {
   Bytes bytes;
   bytes.add(model.gravity);
-  for (const Body& b : model.bodies) {
-    bytes.add(b.name);
-    bytes.add(b.parent);
-    bytes.add(b.joint);
-    bytes.add(b.X_PB);
-    bytes.add(b.mass);
-    bytes.add(b.p_BBcm);
-    for (int i = 0; i < 3; ++i) bytes.add(Vec3(b.I_BBcm_B.col(i)));
-  }
-  for (const Joint& h : model.joints) {
-    bytes.add(h.body);
-    bytes.add(h.p_BJ);
-    bytes.add(h.axis_B);
-    bytes.add(h.reference);
-    bytes.add(h.limited);
-    bytes.add(std::vector<double>{h.lower, h.upper, h.stiffness, h.spring_reference, h.damping, h.armature});
-  }
-  for (const Shape& s : model.shapes) {
-    bytes.add(static_cast<int>(s.type));
-    bytes.add(s.body);
-    bytes.add(s.X_BS);
-    bytes.add(std::vector<double>{s.radius, s.half_length, s.friction});
-    bytes.add(s.collides);
-  }
-  for (const ContactPair& c : model.contacts) {
-    bytes.add(c.shape_a);
-    bytes.add(c.shape_b);
-    bytes.add(c.friction);
-  }
+  add<Own>(bytes, model.bodies);
+  add<Own>(bytes, model.joints);
+  add<Own>(bytes, model.shapes);
+  add<Own>(bytes, model.contacts);
   for (const Actuator& a : model.actuators) add(bytes, a);
-  add_extensions(bytes, model);
+  add<Later>(bytes, model.bodies);
+  add<Later>(bytes, model.joints);
+  add_whole(bytes, model.balls);
+  add<Later>(bytes, model.shapes);
+  add_whole(bytes, model.hulls);
+  add_whole(bytes, model.height_fields);
+  add<Later>(bytes, model.contacts);
+  add_whole(bytes, model.couplings);
+  add_whole(bytes, model.connects);
+  add_whole(bytes, model.welds);
+  add_whole(bytes, model.tendons);
   bytes.add(model.initial);
   bytes.add(model.control0);
   return content_hash(bytes.text());

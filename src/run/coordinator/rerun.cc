@@ -99,16 +99,10 @@ CampaignSystem system_of(const Store& store, const std::string& name, const json
   }
   system.push_sample_ms = system.sample_ms;
   if (const auto load = facts.find("load"); load != facts.end()) {
-    system.load = {load->at("drop_unsupported"),
-                   load->at("keyframe"),
-                   load->at("qpos"),
-                   load->at("packages"),
-                   static_cast<RootJoint>(load->at("root_joint").get<int>()),
-                   static_cast<Ground>(load->at("ground").get<int>()),
-                   load->value("decompose", false),
-                   load->value("allow_external_files", false) && agreed_to_external_files(),
-                   load->value("repair", false),
-                   load->value("within_limits", false)};
+    visit_load_fields(system.load, [&](const LoadField& field, auto& value) {
+      if (const auto stored = load->find(field.key); stored != load->end()) stored->get_to(value);
+    });
+    system.load.allow_external_files = system.load.allow_external_files && agreed_to_external_files();
   }
   system.model = load_model(system.model_path, system.load);
   ModelVariant& variant = system.variant;

@@ -89,17 +89,9 @@ SystemRow system_row(const CampaignSystem& system) {
   if (system.initial_states.count > 1) row["initial_states"] = initial_states_content(system.initial_states);
   if (system.pushes.any()) row["push"] = pushes_content(system.pushes);
   if (system.load != LoadOptions()) {
-    row["load"] = {{"drop_unsupported", system.load.drop_unsupported},
-                   {"root_joint", static_cast<int>(system.load.root_joint)},
-                   {"ground", static_cast<int>(system.load.ground)},
-                   {"keyframe", system.load.keyframe},
-                   {"qpos", system.load.qpos},
-                   {"packages", system.load.packages},
-                   {"decompose", system.load.decompose},
-                   {"allow_external_files", system.load.allow_external_files}};
-    // as older results have it where they are not
-    if (system.load.within_limits) row["load"]["within_limits"] = true;
-    if (system.load.repair) row["load"]["repair"] = true;
+    visit_load_fields(system.load, [&](const LoadField& field, const auto& value) {
+      if (field.kept_at_default || !is_load_default(value)) row["load"][field.key] = value;
+    });
   }
   if (variant.smooth) row["smooth"] = true;
   if (variant.above_ground_m >= 0) row["above_ground_m"] = variant.above_ground_m;

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "base/fields.h"
 #include "base/json.h"
 
 namespace assay {
@@ -29,13 +30,8 @@ constexpr std::array<std::string_view, std::variant_size_v<Reply>> kReplyKinds =
 
 // ---- the fields of each message: one list, by which it is written and read --------------------------------------------
 
-template <typename T, typename U>
-concept Of = std::same_as<std::remove_const_t<T>, U>;
-
 void fields(auto& is, Of<LoadOptions> auto& m) {
-  is("drop_unsupported", m.drop_unsupported)("keyframe", m.keyframe)("qpos", m.qpos)("packages", m.packages);
-  is("root_joint", m.root_joint)("ground", m.ground)("decompose", m.decompose);
-  is("allow_external_files", m.allow_external_files)("within_limits", m.within_limits)("repair", m.repair);
+  visit_load_fields(m, [&](const LoadField& field, auto& value) { is(field.key, value); });
 }
 void fields(auto& is, Of<BodyPair> auto& m) { is("a", m.a)("b", m.b); }
 void fields(auto& is, Of<ModelVariant> auto& m) {

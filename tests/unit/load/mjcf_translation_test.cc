@@ -138,7 +138,7 @@ LoadReport translate_with_massless(const std::string& xml, std::set<std::string>
   TranslationInput input;
   input.spec = spec.get();
   input.compiled = compiled.get();
-  input.drop_unsupported = drop;
+  input.load.drop_unsupported = drop;
   input.massless = std::move(massless);
   return translate(input);
 }

@@ -10,26 +10,14 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "base/fields.h"
+
 namespace assay {
 namespace {
 
 using nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-
-// The number of members of an aggregate whose members all can be made from Anything.
-struct Anything {
-  template <typename T>
-  operator T() const;  // NOLINT(google-explicit-constructor)
-};
-template <typename T, typename... Members>
-constexpr size_t member_count() {
-  if constexpr (requires { T{Members{}..., Anything{}}; }) {
-    return member_count<T, Members..., Anything>();
-  } else {
-    return sizeof...(Members);
-  }
-}
 
 // ---- a message of each kind, no field at its default ----------------------------------------------------------------
 
