@@ -7,6 +7,7 @@
 #include "conformance/models.h"
 #include "engines/registry.h"
 #include "model/kinematics.h"
+#include "simulated.h"
 
 namespace assay {
 namespace {
@@ -25,12 +26,6 @@ std::unique_ptr<Simulation> create(const Model& model, const std::string& conten
   ResolvedContender resolved = Registry::instance().resolve(contender, overrides);
   resolved.settings.timestep = timestep;
   return resolved.engine->create(model, model.initial, resolved.settings);
-}
-
-State state_of(const Simulation& simulation) {
-  State state;
-  simulation.read_state(state);
-  return state;
 }
 
 // A bar slides across two rails. The rails' and the bar's other pairs have larger coefficients, so that no coefficient

@@ -16,6 +16,7 @@
 #include "engines/registry.h"
 #include "isolate/processes.h"
 #include "model/kinematics.h"
+#include "simulated.h"
 
 namespace assay {
 namespace {
@@ -29,16 +30,6 @@ using testing::HasSubstr;
 
 ResolvedContender resolve(const std::string& name, const std::map<std::string, std::string>& overrides = {}) {
   return Registry::instance().resolve(name, overrides);
-}
-
-std::unique_ptr<Simulation> create(const Model& model, const ResolvedContender& contender) {
-  return contender.engine->create(model, model.initial, contender.settings);
-}
-
-State read(const Simulation& simulation) {
-  State state;
-  simulation.read_state(state);
-  return state;
 }
 
 std::vector<double> numbers(const State& state) {
@@ -124,32 +115,32 @@ TEST(Havok, AStepIsFourSubsteps) {
   const auto simulation = create(model, havok);
   simulation->advance(1);
   // n substeps of semi-implicit Euler fall g h^2 (n + 1) / (2 n)
-  EXPECT_NEAR(read(*simulation).bodies[0].p_WBcm.z(), -0.1 - (9.81 * 0.01 * 5 / 8), 1e-6);
+  EXPECT_NEAR(state_of(*simulation).bodies[0].p_WBcm.z(), -0.1 - (9.81 * 0.01 * 5 / 8), 1e-6);
 }
 
 TEST(Havok, AnImpulseIsNotSeenBeforeItsStep) {
   const conformance::Flywheel wheel = conformance::flywheel();
   const auto simulation = create(wheel.model, resolve("havok"));
-  const State before = read(*simulation);
+  const State before = state_of(*simulation);
   simulation->set_torques(std::vector<double>{2});
-  EXPECT_EQ(numbers(read(*simulation)), numbers(before));
+  EXPECT_EQ(numbers(state_of(*simulation)), numbers(before));
   simulation->advance(1);
   // its initial motion is braked, because its centre of mass is slow
-  EXPECT_NEAR((read(*simulation).velocity[0] - before.velocity[0]) * wheel.axial_inertia / 2e-3, 1, 0.05);
+  EXPECT_NEAR((state_of(*simulation).velocity[0] - before.velocity[0]) * wheel.axial_inertia / 2e-3, 1, 0.05);
 }
 
 TEST(Havok, ShapesOfOneBodyHaveFiltersOfTheirOwn) {
   const Model model = two_balls();
   const auto simulation = create(model, resolve("havok"));
   simulation->advance(1000);
-  EXPECT_NEAR(read(*simulation).bodies[0].p_WBcm.z(), 0.1, 2e-3);
+  EXPECT_NEAR(state_of(*simulation).bodies[0].p_WBcm.z(), 0.1, 2e-3);
 }
 
 TEST(Havok, RefusesWhatItsFiltersCannotSay) {
   const ResolvedContender havok = resolve("havok");
   const auto simulation = create(balls_over_posts(32), havok);
   simulation->advance(300);
-  for (const BodyState& ball : read(*simulation).bodies) EXPECT_NEAR(ball.p_WBcm.z(), 0.2, 2e-3);
+  for (const BodyState& ball : state_of(*simulation).bodies) EXPECT_NEAR(ball.p_WBcm.z(), 0.2, 2e-3);
 
   EXPECT_THAT(refusals(balls_over_posts(33), havok), HasSubstr("these pairs need more"));
   EXPECT_THROW(create(balls_over_posts(33), havok), UnsupportedError);
@@ -174,7 +165,7 @@ TEST(Havok, ItsOwnSpringIsTheModels) {
   const auto simulation = havok.engine->create(wheel.model, start, havok.settings);
   const double half_a_swing = std::numbers::pi / 10;
   simulation->advance(static_cast<int>(std::lround(half_a_swing / havok.settings.timestep)));
-  EXPECT_NEAR(read(*simulation).position[0], hinge.spring_reference - 0.5, 0.01);
+  EXPECT_NEAR(state_of(*simulation).position[0], hinge.spring_reference - 0.5, 0.01);
 
   hinge.limited = true;
   hinge.lower = hinge.spring_reference - 1;
@@ -191,7 +182,7 @@ std::vector<Vec3> limit(const Model& model, ResolvedContender contender, double 
     contender.settings.timestep = timestep;
     const auto simulation = create(model, contender);
     simulation->advance(static_cast<int>(std::lround(duration / timestep)));
-    return read(*simulation);
+    return state_of(*simulation);
   };
   const State coarse = run(h), fine = run(h / 2);
   std::vector<Vec3> end;
@@ -227,7 +218,7 @@ TEST(Havok, ADriftingBodyIsNotBraked) {
   model.initial.bodies[1].v_WBcm.x() = 1;
   const auto simulation = create(model, resolve("havok"));
   simulation->advance(8);
-  const State state = read(*simulation);
+  const State state = state_of(*simulation);
   EXPECT_NEAR(state.bodies[0].v_WBcm.z(), -0.97 * 9.81 * 8e-3, 2e-4);
   EXPECT_NEAR(state.bodies[1].v_WBcm.z(), -9.81 * 8e-3, 2e-6);
 }
@@ -253,10 +244,10 @@ TEST_F(HavokNode, GivesTheNativeBits) {
         simulation->set_torques(torques);
         simulation->advance(40);
       }
-      const std::vector<double> expected = numbers(read(*native));
-      ASSERT_EQ(numbers(read(*node)), expected) << model.name << ", batch " << batch;
+      const std::vector<double> expected = numbers(state_of(*native));
+      ASSERT_EQ(numbers(state_of(*node)), expected) << model.name << ", batch " << batch;
     }
-    EXPECT_NE(numbers(read(*native)), numbers(model.initial)) << "nothing moved";
+    EXPECT_NE(numbers(state_of(*native)), numbers(model.initial)) << "nothing moved";
   }
 }
 

@@ -11,6 +11,7 @@
 #include "engines/registry.h"
 #include "isolate/activity.h"
 #include "model/kinematics.h"
+#include "simulated.h"
 
 namespace assay {
 namespace {
@@ -21,16 +22,10 @@ ResolvedContender mujoco(const std::map<std::string, std::string>& overrides = {
   return Registry::instance().resolve("mujoco-euler", overrides);
 }
 
-std::unique_ptr<Simulation> create(const Model& model, const ResolvedContender& contender) {
-  return contender.engine->create(model, model.initial, contender.settings);
-}
-
 State run(const Model& model, const ResolvedContender& contender, int steps) {
   const auto simulation = create(model, contender);
   simulation->advance(steps);
-  State state;
-  simulation->read_state(state);
-  return state;
+  return state_of(*simulation);
 }
 
 Body make_body(double mass, const Mat3& I_BBcm_B) {
@@ -39,14 +34,6 @@ Body make_body(double mass, const Mat3& I_BBcm_B) {
   body.mass = mass;
   body.I_BBcm_B = I_BBcm_B;
   return body;
-}
-
-Joint make_hinge(int body) {
-  Joint hinge;
-  hinge.name = "hinge";
-  hinge.body = body;
-  hinge.axis_B = Vec3::UnitY();
-  return hinge;
 }
 
 Shape make_sphere(int body, double radius, double friction) {

@@ -10,6 +10,7 @@
 
 #include "engines/registry.h"
 #include "model/kinematics.h"
+#include "simulated.h"
 
 namespace assay {
 namespace {
@@ -24,16 +25,6 @@ ResolvedContender rapier(const std::string& joints, const std::map<std::string, 
   return contender;
 }
 
-std::unique_ptr<Simulation> create(const Model& model, const ResolvedContender& contender) {
-  return contender.engine->create(model, model.initial, contender.settings);
-}
-
-State state_of(const Simulation& simulation) {
-  State state;
-  simulation.read_state(state);
-  return state;
-}
-
 Body make_body(int hinge, double mass, double inertia) {
   Body body;
   body.name = "body";
@@ -41,14 +32,6 @@ Body make_body(int hinge, double mass, double inertia) {
   body.mass = mass;
   body.I_BBcm_B = inertia * Mat3::Identity();
   return body;
-}
-
-Joint make_hinge(int body) {
-  Joint hinge;
-  hinge.name = "hinge";
-  hinge.body = body;
-  hinge.axis_B = Vec3::UnitY();
-  return hinge;
 }
 
 constexpr double kInertia = 2e-5;  // kg m^2

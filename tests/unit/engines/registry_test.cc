@@ -15,6 +15,7 @@
 #include <gtest/gtest.h>
 
 #include "engines/builds.h"
+#include "message_of.h"
 
 namespace assay {
 namespace {
@@ -22,17 +23,8 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-std::string refusal(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
-}
-
 std::string parse_refusal(const Setting& setting, const std::string& text) {
-  return refusal([&] { parse_setting(setting, text); });
+  return message_of([&] { parse_setting(setting, text); });
 }
 
 TEST(ParseSetting, Switches) {
@@ -181,9 +173,9 @@ TEST(Registry, OtherBuildsAreThereForThoseWhoAskByName) {
   for (const std::string& name : registry.contender_names()) EXPECT_EQ(build_of(name), kBaseline);
   for (const Engine* engine : registry.engines()) EXPECT_EQ(build_of(engine->name()), kBaseline);
   EXPECT_FALSE(registry.has("null@v3"));
-  EXPECT_THAT(refusal([&] { registry.resolve("null@v3"); }),
+  EXPECT_THAT(message_of([&] { registry.resolve("null@v3"); }),
               HasSubstr("the build 'v3' of its engine, which is not here"));
-  EXPECT_THAT(refusal([&] { registry.resolve("nul@v3"); }), HasSubstr("unknown contender 'nul@v3'"));
+  EXPECT_THAT(message_of([&] { registry.resolve("nul@v3"); }), HasSubstr("unknown contender 'nul@v3'"));
   for (const Engine* engine : registry.other_builds()) {
     SCOPED_TRACE(engine->name());
     const std::string build = build_of(engine->name());
@@ -203,10 +195,11 @@ TEST(Registry, OtherBuildsAreThereForThoseWhoAskByName) {
 
 TEST(Registry, UnknownNamesAreRefusedWithTheNearest) {
   const Registry& registry = Registry::instance();
-  EXPECT_THAT(refusal([&] { registry.resolve("nul"); }), HasSubstr("unknown contender 'nul' (did you mean 'null'?)"));
-  EXPECT_THAT(refusal([&] { registry.resolve("null", {{"iterations", "3"}}); }),
+  EXPECT_THAT(message_of([&] { registry.resolve("nul"); }),
+              HasSubstr("unknown contender 'nul' (did you mean 'null'?)"));
+  EXPECT_THAT(message_of([&] { registry.resolve("null", {{"iterations", "3"}}); }),
               HasSubstr("'null' has no setting 'iterations'"));
-  EXPECT_THAT(refusal([&] { registry.resolve("broken-fast"); }),
+  EXPECT_THAT(message_of([&] { registry.resolve("broken-fast"); }),
               AllOf(HasSubstr("contender 'broken-fast' needs the engine 'broken'"), HasSubstr("cannot be loaded")));
 }
 

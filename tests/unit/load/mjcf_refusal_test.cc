@@ -10,6 +10,7 @@
 
 #include "base/errors.h"
 #include "load/mjcf.h"
+#include "message_of.h"
 
 namespace assay {
 namespace {
@@ -341,12 +342,7 @@ TEST(MjcfRefusal, InactiveEqualityIsLeftOut) {
 // ---- files ----------------------------------------------------------------------------------------------------------
 
 std::string file_refusal(const std::string& path) {
-  try {
-    load_model(path);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return message_of([&] { load_model(path); });
 }
 
 TEST(MjcfRefusal, FilesThatAreNotThere) {

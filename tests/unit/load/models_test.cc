@@ -28,6 +28,7 @@
 namespace assay {
 namespace {
 
+using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
@@ -349,6 +350,58 @@ TEST(Models, CapsulesThatAreNone) {
 }
 
 // ---- sines in a file ------------------------------------------------------------------------------------------------
+
+TEST(Systems, Chains) {
+  for (const char* name : {"planar-chain", "falling-chain", "spatial-chain"}) {
+    SCOPED_TRACE(name);
+    const Model model = papers_system(name);
+    EXPECT_EQ(model.name, name);
+    EXPECT_EQ(model.dof(), 5);
+    EXPECT_EQ(model.bodies.size(), 5U);
+    EXPECT_DOUBLE_EQ(model.total_mass(), 5);
+    EXPECT_THAT(model.contacts, IsEmpty());
+    EXPECT_THAT(model.notes, IsEmpty());
+    EXPECT_FALSE(model.has_springs() || model.has_limits() || model.has_armature());
+    EXPECT_THAT(model.initial.velocity, ElementsAre(1, 1, 1, 1, 1));
+    EXPECT_THAT(model.initial.position, ElementsAre(0, 0, 0, 0, 0));
+    EXPECT_EQ(model.gravity, name == std::string("planar-chain") ? Vec3(0, 0, 0) : Vec3(0, 0, -9.81));
+    const bool spatial = name == std::string("spatial-chain");
+    const Vec3 exact = capsule_inertia(1, 0.05, 0.15);
+    for (int i = 0; i < 5; ++i) {
+      EXPECT_EQ(model.joints[i].axis_B, spatial && i % 2 == 1 ? Vec3(0, 0, 1) : Vec3(0, 1, 0));
+      EXPECT_LT((model.bodies[i].I_BBcm_B - Mat3(Vec3(exact.z(), exact.x(), exact.x()).asDiagonal())).norm(), 1e-16);
+      EXPECT_NEAR(model.initial.bodies[i].p_WBcm.x(), 0.3 * i + 0.15, 1e-15);
+    }
+  }
+}
+
+TEST(Systems, PlanarChainCannotTouchItself) {
+  const Model model = papers_system("planar-chain");
+  for (int i = 1; i < 5; ++i) {
+    const double gap = model.initial.bodies[i].p_WBcm.y() - model.initial.bodies[i - 1].p_WBcm.y();
+    EXPECT_GT(gap, 2 * model.shapes[0].radius);
+  }
+}
+
+TEST(Systems, Capsules) {
+  const Model model = papers_system("capsules-27");
+  EXPECT_EQ(model.dof(), 162);
+  EXPECT_EQ(model.contacts.size(), 27U * 26 / 2 + 27);
+  EXPECT_DOUBLE_EQ(model.total_mass(), 27);
+  EXPECT_THAT(model.notes, IsEmpty());
+  for (const ContactPair& pair : model.contacts) EXPECT_EQ(pair.friction, 0.7);
+  // no capsules touch at the start: centres are farther apart than two capsules are long, and above the floor
+  Vec3 mean_axis = Vec3::Zero();
+  for (size_t i = 0; i < model.bodies.size(); ++i) {
+    EXPECT_GT(model.initial.bodies[i].p_WBcm.z(), 0.15);
+    mean_axis += (model.initial.bodies[i].q_WB * Vec3::UnitZ()).cwiseAbs() / 27;
+    for (size_t j = 0; j < i; ++j) {
+      EXPECT_GT((model.initial.bodies[i].p_WBcm - model.initial.bodies[j].p_WBcm).norm(), 0.3);
+    }
+  }
+  // uniformly distributed directions have a mean of 1/2 in each axis (standard error 0.056)
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(mean_axis[k], 0.5, 0.17);
+}
 
 std::string with_sine(const std::string& numeric) {
   return fmt::format(

@@ -10,6 +10,7 @@
 #include "base/paths.h"
 #include "campaign/campaign.h"
 #include "measures/statistics.h"
+#include "message_of.h"
 #include "report/report.h"
 #include "results/results.h"
 #include "results/store/store.h"
@@ -38,12 +39,7 @@ paper = "a table"
 ClaimsFile file_of(const std::string& test) { return parse_claims(kEngines + test, "claims.toml"); }
 
 std::string claim_error(const std::string& test) {
-  try {
-    file_of(test);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return message_of([&] { file_of(test); });
 }
 
 class ClaimsTest : public TempFolderTest {

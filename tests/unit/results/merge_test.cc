@@ -12,6 +12,7 @@
 #include <sqlite3.h>
 
 #include "base/errors.h"
+#include "message_of.h"
 #include "results/store/differences.h"
 #include "results/store/trajectory.h"
 #include "temp_folder.h"
@@ -61,15 +62,6 @@ std::string content_of(const std::string& dir) {
   }
   std::ranges::sort(files);
   return text + fmt::format("{}", fmt::join(files, "\n"));
-}
-
-std::string refusal(const std::function<void()>& work) {
-  try {
-    work();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "(nothing was refused)";
 }
 
 class MergeTest : public TempFolderTest {
@@ -192,7 +184,7 @@ TEST_F(MergeTest, ACellWithAnotherValueIsRefusedByName) {
   }
   merge({"a"}, "out");
   const std::string before = content_of(path("out"));
-  EXPECT_THAT(refusal([&] { merge({"dddd"}, "out"); }),
+  EXPECT_THAT(message_of([&] { merge({"dddd"}, "out"); }),
               AllOf(HasSubstr("dddd"), HasSubstr("consistency of ode-quick on chain at 1 ms"),
                     HasSubstr("1.0000000000000002"), HasSubstr("leave one of the two out")));
   EXPECT_EQ(content_of(path("out")), before) << "nothing of it was taken";
@@ -208,7 +200,7 @@ TEST_F(MergeTest, AnotherOutcomeAValueMoreOrLessIsRefused) {
       change(changed);
       d.put_cell(changed);
     }
-    return refusal([&] { merge({"a", "d"}, "out"); });
+    return message_of([&] { merge({"a", "d"}, "out"); });
   };
   EXPECT_THAT(refused([](Cell& cell) { cell.outcome = Outcome::kTimeout; }), HasSubstr("'timeout'"));
   EXPECT_THAT(refused([](Cell& cell) { cell.values.erase(cell.values.begin()); }), HasSubstr("another 'consistency'"));
@@ -224,7 +216,7 @@ TEST_F(MergeTest, TimingsOfASystemComeFromOneMachine) {
     Store d = part("d", "n7");
     d.put_cell(cell("k8", "raw_speed", 3, 12));
   }
-  EXPECT_THAT(refusal([&] { merge({"ccc", "d"}, "out"); }),
+  EXPECT_THAT(message_of([&] { merge({"ccc", "d"}, "out"); }),
               AllOf(HasSubstr("'chain'"), HasSubstr("'n1'"), HasSubstr("'n7'"), HasSubstr("one shard")));
   EXPECT_FALSE(fs::exists(path("out"))) << "refused before anything is written";
 }
@@ -240,7 +232,7 @@ TEST_F(MergeTest, TimesOfManyWorldsComeFromOneMachineForEachDevice) {
   batch("f", "n8", "batch-1024");
   merge({"a", "ccc", "d", "e"}, "out");
   EXPECT_EQ(Store::open(path("out")).cell_keys().size(), 5U) << "no reader compares times of two kinds";
-  EXPECT_THAT(refusal([&] { merge({"a", "d", "f"}, "other"); }),
+  EXPECT_THAT(message_of([&] { merge({"a", "d", "f"}, "other"); }),
               AllOf(HasSubstr("many worlds on cpu"), HasSubstr("'n7'"), HasSubstr("'n8'")));
   EXPECT_FALSE(fs::exists(path("other"))) << "refused before anything is written";
 }
@@ -256,7 +248,7 @@ TEST_F(MergeTest, WhatWasMergedBeforeARefusalIsAWholeUnion) {
     merge_results({path("a"), path("bb"), path("d"), path("ccc")}, path("out"), kDerived, {},
                   [&](Store& merged) { finished = merged.cell_keys().size(); });
   };
-  EXPECT_THAT(refusal(work),
+  EXPECT_THAT(message_of(work),
               AllOf(HasSubstr("nothing of it was taken"), HasSubstr("2 directories before it were merged")));
   EXPECT_EQ(finished, 3U) << "derived values are computed for what is there";
   merge({"a", "bb"}, "same");
@@ -271,7 +263,7 @@ TEST_F(MergeTest, ACampaignThatChangedIsRefusedAndTheChangeNamed) {
     other.set_systems({{"chain", R"({"model_hash": "9"})"}, {"pile", R"({"model_hash": "2"})"}});
     other.set_contenders({{"ode-quick", "ode", "0.16", "ode-quick", "", "{}", "{}"}});
   }
-  EXPECT_THAT(refusal([&] { merge({"a", "other"}, "out"); }),
+  EXPECT_THAT(message_of([&] { merge({"a", "other"}, "out"); }),
               AllOf(HasSubstr("no parts of one campaign"), HasSubstr("the model of 'chain' is 1"), HasSubstr("and 9")));
   EXPECT_FALSE(fs::exists(path("out"))) << "refused before anything is written";
 }
@@ -281,7 +273,7 @@ TEST_F(MergeTest, AnotherProgramIsRefused) {
   {
     part("d", "n1").set_manifest({{"commit", "def"}});
   }
-  EXPECT_THAT(refusal([&] { merge({"a", "d"}, "out"); }), HasSubstr("assay's commit is abc"));
+  EXPECT_THAT(message_of([&] { merge({"a", "d"}, "out"); }), HasSubstr("assay's commit is abc"));
 }
 
 // What is left of a merge, or of a part, that is killed before it has stored more than the campaign's name.
@@ -302,7 +294,7 @@ TEST_F(MergeTest, ADirectoryThatWasOnlyBegunIsOfNoOtherProgram) {
   {
     part("d", "n1").set_manifest({{"assay_version", "9"}});
   }
-  EXPECT_THAT(refusal([&] { merge({"part", "a", "d"}, "refused"); }), HasSubstr("assay's version is 0.1.0"));
+  EXPECT_THAT(message_of([&] { merge({"part", "a", "d"}, "refused"); }), HasSubstr("assay's version is 0.1.0"));
 }
 
 TEST_F(MergeTest, ARunWithOtherStatesIsRefused) {
@@ -315,7 +307,8 @@ TEST_F(MergeTest, ARunWithOtherStatesIsRefused) {
     run.states[1].time = 1;
     write_trajectory(d.trajectories_dir(), "address1", run);
   }
-  EXPECT_THAT(refusal([&] { merge({"a", "d"}, "out"); }), AllOf(HasSubstr("address1"), HasSubstr("another content")));
+  EXPECT_THAT(message_of([&] { merge({"a", "d"}, "out"); }),
+              AllOf(HasSubstr("address1"), HasSubstr("another content")));
 }
 
 TEST_F(MergeTest, ATestThatPassedAndFailedIsRefused) {
@@ -323,7 +316,7 @@ TEST_F(MergeTest, ATestThatPassedAndFailedIsRefused) {
   {
     part("d", "n1").set_conformance("ode-quick", {{"", "free-fall", "fail", 1, 1e-5, "m", ""}});
   }
-  EXPECT_THAT(refusal([&] { merge({"a", "d"}, "out"); }),
+  EXPECT_THAT(message_of([&] { merge({"a", "d"}, "out"); }),
               AllOf(HasSubstr("free-fall"), HasSubstr("'fail'"), HasSubstr("'pass'")));
 }
 
@@ -359,7 +352,7 @@ TEST_F(MergeTest, DamageIsNotTakenOver) {
       sqlite3_exec(db, "UPDATE \"values\" SET value = 2 * value WHERE name = 'consistency'", nullptr, nullptr, nullptr),
       SQLITE_OK);
   sqlite3_close(db);
-  EXPECT_THAT(refusal([&] { merge({"bb", "a"}, "out"); }),
+  EXPECT_THAT(message_of([&] { merge({"bb", "a"}, "out"); }),
               AllOf(HasSubstr("damaged"), HasSubstr("consistency of chain")));
 }
 
@@ -382,8 +375,9 @@ TEST_F(MergeTest, DamageOfTheUnionIsFoundBeforeItIsAddedTo) {
     ASSERT_EQ(sqlite3_open((path(name) + "/assay.sqlite").c_str(), &db), SQLITE_OK);
     ASSERT_EQ(sqlite3_exec(db, sql, nullptr, nullptr, nullptr), SQLITE_OK);
     sqlite3_close(db);
-    EXPECT_THAT(refusal([&] { merge({"bb"}, name); }), AllOf(HasSubstr(name), HasSubstr("damaged"), HasSubstr(says)));
-    EXPECT_THAT(refusal([&] { merge({name}, "other"); }), AllOf(HasSubstr("damaged"), HasSubstr(says)));
+    EXPECT_THAT(message_of([&] { merge({"bb"}, name); }),
+                AllOf(HasSubstr(name), HasSubstr("damaged"), HasSubstr(says)));
+    EXPECT_THAT(message_of([&] { merge({name}, "other"); }), AllOf(HasSubstr("damaged"), HasSubstr(says)));
   }
   merge({"bb", "ccc"}, "out");
   EXPECT_EQ(Store::open(path("out")).plan().size(), 5U);

@@ -19,6 +19,7 @@
 #include <sqlite3.h>
 
 #include "base/errors.h"
+#include "message_of.h"
 #include "results/store/trajectory.h"
 #include "temp_folder.h"
 
@@ -49,16 +50,6 @@ class StoreTest : public TempFolderTest {
 };
 
 const Identity kIdentity = {"quick", "0123"};
-
-template <typename Error>
-std::string message_of(const std::function<void()>& work) {
-  try {
-    work();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "(nothing was thrown)";
-}
 
 TEST_F(StoreTest, WhatIsWrittenIsReadBack) {
   std::int64_t id = 0;

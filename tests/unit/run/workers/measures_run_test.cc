@@ -10,6 +10,7 @@
 #include "base/errors.h"
 #include "base/paths.h"
 #include "campaign/plan.h"
+#include "cell_values.h"
 #include "measures/clusters.h"
 #include "measures/initial_states.h"
 #include "results/store/trajectory.h"
@@ -69,19 +70,6 @@ class MeasuresRunTest : public TempFolderTest {
     return {};
   }
 };
-
-std::optional<double> value(const Cell& cell, const std::string& name) {
-  for (const Value& each : cell.values) {
-    if (each.name == name) return each.value;
-  }
-  return std::nullopt;
-}
-
-double number(const Cell& cell, const std::string& name) {
-  const std::optional<double> found = value(cell, name);
-  EXPECT_TRUE(found) << cell.measure << ": no " << name << "; " << cell.reason;
-  return found.value_or(std::nan(""));
-}
 
 // A hand that moves on at 1 m/s and a ball that comes with it or stays where it is; `count` more balls far away.
 std::string drifting(double ball_speed, int count = 0) {

@@ -24,6 +24,7 @@
 
 #include "base/errors.h"
 #include "base/paths.h"
+#include "cell_values.h"
 #include "conformance/conformance.h"
 #include "isolate/processes.h"
 #include "isolate/sandbox.h"
@@ -106,20 +107,6 @@ Cell find(const Store& store, const std::string& contender, const std::string& m
   }
   ADD_FAILURE() << "no cell " << contender << " " << measure << " " << timestep_ms;
   return {};
-}
-
-std::optional<double> value(const Cell& cell, const std::string& name) {
-  for (const Value& each : cell.values) {
-    if (each.name == name) return each.value;
-  }
-  return std::nullopt;
-}
-
-// The same where it has to be there.
-double number(const Cell& cell, const std::string& name) {
-  const std::optional<double> found = value(cell, name);
-  EXPECT_TRUE(found) << cell.contender << ": no " << name << "; " << cell.reason;
-  return found.value_or(std::nan(""));
 }
 
 // What must not depend on how often the campaign was stopped: all but times, speeds and the run of the identifiers.
