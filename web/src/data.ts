@@ -27,6 +27,10 @@ export interface Cell {
   samples?: Samples[];
 }
 
+// As the JSON has it: without what was not stored, and without units that the catalogue has.
+export type StoredValue = Pick<Value, "name" | "value"> & Partial<Value>;
+export type StoredCell = Omit<Cell, "values"> & { values: StoredValue[] };
+
 // Samples of a cell: all of them where they are few, else a histogram. The name ends with the unit.
 export interface Samples {
   name: string;
@@ -106,19 +110,38 @@ export interface Changes {
   builds: string[];
   accepted: string[];
   coverage: string[];
+  correction: string; // of p values
+  only_a: number; // cells
+  only_b: number;
+  values_only_in_a: number;
+  other_windows: ChangedCell[]; // not compared
+  without_control: ChangedCell[];
   rows: ChangeRow[];
 }
 
-export interface ChangeRow {
+export interface ChangedCell {
   system: string;
   contender: string;
   timestep_ms: number;
+  measure: string;
+}
+
+export interface ChangeRow extends ChangedCell {
   value: string;
   unit: string;
   a: number | null;
   b: number | null;
+  outcome_a: string;
+  outcome_b: string;
+  ratio: number | null;
+  low?: number | null; // of the ratio
+  high?: number | null;
   change: "none" | "within" | "better" | "worse" | "other" | "unsettled";
   text: string; // "+5.1 % (+4.0 to +6.2)"
+  p_rank?: number; // of times
+  p?: number;
+  samples?: [number, number];
+  sample?: string; // what they are: "round"
   p_corrected?: number; // of times, and of accuracy over several initial states
 }
 
@@ -127,6 +150,9 @@ export interface Courses {
   runs: { dir: string; started: string; commit: string }[];
   threshold: number;
   control: string | null;
+  other_windows: number;
+  without_control: number;
+  too_short: number;
   courses: Course[];
 }
 
@@ -134,7 +160,9 @@ export interface Course {
   system: string;
   contender: string;
   timestep_ms: number;
+  measure: string;
   value: string;
+  time: boolean;
   unit: string;
   points: { run: number; value: number | null; low: number; high: number; outcome: string }[];
   changes: { run: number; ratio: number | null; change: "better" | "worse" | "other"; text: string }[];
@@ -168,6 +196,7 @@ export interface ParityCertificate {
   tolerance: number;
   unexplained: number;
   raised: string;
+  beside: string; // the contender with which it was compared
   declared: string[];
   failure: string;
   joints: ParityJoint[];
@@ -180,6 +209,7 @@ export interface Parity {
   notes?: string[]; // what the model leaves out of its file
   samples: number;
   seed: number;
+  hash: string; // of the model
   certificates: ParityCertificate[];
 }
 
@@ -354,6 +384,7 @@ export interface Worst {
   at_ms: number;
   low?: number; // the interval, where there is one
   high?: number;
+  bound?: boolean; // the value is an upper bound
 }
 
 // A sound point with a speed; `point` is its place among the view's points.
@@ -429,15 +460,11 @@ export class Report {
     const index = this.json.systems.findIndex((candidate) => candidate.name === system);
     const element = document.querySelector(`script[data-cells="${index}"]`);
     if (!element && document.readyState === "loading") return [];
-    cells = JSON.parse(element?.textContent || "[]") as Cell[];
-    // The JSON leaves out what was not stored, and units that the catalogue has.
-    for (const cell of cells) {
-      for (const value of cell.values) {
-        value.unit ??= valueInfo(value.name).unit;
-        value.low ??= null;
-        value.high ??= null;
-      }
-    }
+    const stored = JSON.parse(element?.textContent || "[]") as StoredCell[];
+    cells = stored.map((cell) => ({
+      ...cell,
+      values: cell.values.map((value) => ({ low: null, high: null, ...value, unit: value.unit ?? valueInfo(value.name).unit })),
+    }));
     this.known.set(system, cells);
     return cells;
   }

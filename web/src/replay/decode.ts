@@ -49,6 +49,8 @@ export interface Pictures {
 
 export interface ReplayScene {
   bodies: ReplayBody[];
+  hinges: string[]; // of slides too
+  control: Record<string, unknown>;
   shapes: ReplayShape[];
   hulls?: ReplayHull[];
   height_fields?: ReplayHeightField[];
@@ -59,6 +61,8 @@ export interface ReplayBody {
   name: string;
   parent: number;
   cm: [number, number, number];
+  anchor: [number, number, number];
+  start: { p: [number, number, number]; q: [number, number, number, number] };
 }
 
 export interface ReplayRun {
