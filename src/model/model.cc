@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/hash.h"
+#include "model/shape.h"
 
 namespace assay {
 namespace {
@@ -105,7 +106,7 @@ void add_extensions(Bytes& bytes, const Model& model) {
     bytes.add(std::vector<double>{b.upper, b.stiffness, b.damping, b.armature, b.dry_friction});
   }
   for (const Shape& s : model.shapes) {
-    if (s.type == ShapeType::kBox || s.type == ShapeType::kEllipsoid) bytes.add(s.half_size);
+    if (has_half_size(s.type)) bytes.add(s.half_size);
     if (s.data >= 0) bytes.add(s.data);
   }
   for (const Hull& h : model.hulls) {
