@@ -28,6 +28,7 @@
 #include "measures/batch.h"
 #include "measures/reference/smooth.h"
 #include "measures/run_measures.h"
+#include "model/joint.h"
 
 namespace assay {
 namespace {
@@ -592,7 +593,7 @@ void choose_states(const Section& section, const Campaign& campaign, CampaignSys
       break;
     }
   }
-  const bool joints = !system.model.joints.empty() || !system.model.balls.empty();
+  const bool joints = joint_count(system.model) > 0;
   if (system.states_of < 0 || !joints || coordinates_of(of(system.states_of)) == Coordinates::kJoint) return;
   for (const int index : system.contenders) {
     if (!present(index) || coordinates_of(of(index)) != Coordinates::kJoint) continue;

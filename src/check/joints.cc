@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "check/model_check.h"
+#include "model/joint.h"
 
 namespace assay::findings {
 namespace {
@@ -29,20 +30,18 @@ void add_limits(const Model& model, const FileFacts& facts, std::vector<Finding>
   for (const auto& [joint, position] : facts.locked) {
     locked.places.push_back(place_at(facts, fmt::format("joint '{}'", joint), 0, fmt::format("at {:.4g}", position)));
   }
+  const auto place = [&](const auto& joint, const std::string& text) {
+    return place_at(facts, fmt::format("joint '{}'", joint.name), 0, text);
+  };
   for (const Joint& joint : model.joints) {
-    const std::string label = fmt::format("joint '{}'", joint.name);
-    if (facts.locked.contains(joint.name)) continue;
-    if (!joint.limited && !composes_root(model, joint.body)) {
-      unlimited.places.push_back(place_at(facts, label));
-    } else if (joint.limited && joint.lower >= joint.upper) {
-      locked.places.push_back(place_at(facts, label, 0, fmt::format("at {:.4g}", joint.lower)));
-    }
+    if (!joint.limited || joint.lower < joint.upper || facts.locked.contains(joint.name)) continue;
+    locked.places.push_back(place(joint, fmt::format("at {:.4g}", joint.lower)));
   }
-  for (const BallJoint& ball : model.balls) {
-    if (!ball.limited && !composes_root(model, ball.body))
-      unlimited.places.push_back(place_at(facts, fmt::format("joint '{}'", ball.name)));
-  }
-  unlimited.all = unlimited.places.size() == model.joints.size() + model.balls.size();
+  each_joint(model, [&](const auto& joint) {
+    if (joint.limited || facts.locked.contains(joint.name) || composes_root(model, joint.body)) return;
+    unlimited.places.push_back(place(joint, ""));
+  });
+  unlimited.all = unlimited.places.size() == joint_count(model);
   unlimited.advice = facts.is_urdf
                          ? "continuous, or without lower < upper in <limit>: give both where the robot has stops"
                          : "give range where the robot has stops";
@@ -74,18 +73,14 @@ void add_damping(const Model& model, const FileFacts& facts, std::vector<Finding
   Finding finding = {.kind = "damping-missing",
                      .title = "no damping and no dry friction",
                      .advice = "only limits, contacts and torques stop them"};
-  const auto consider = [&](const std::string& name, double damping, double friction) {
-    if (damping != 0 || friction != 0) return;
-    finding.places.push_back(place_at(facts, fmt::format("joint '{}'", name)));
-  };
-  size_t candidates = model.balls.size();
-  for (const Joint& joint : model.joints) {
-    if (composes_root(model, joint.body)) continue;
+  size_t candidates = 0;
+  each_joint(model, [&](const auto& joint) {
+    if (speeds_of(joint) == 1 && composes_root(model, joint.body)) return;
     ++candidates;
-    consider(joint.name, joint.damping, joint.dry_friction);
-  }
-  for (const BallJoint& ball : model.balls) consider(ball.name, ball.damping, ball.dry_friction);
-  finding.all = finding.places.size() == candidates && candidates == model.joints.size() + model.balls.size();
+    if (joint.damping != 0 || joint.dry_friction != 0) return;
+    finding.places.push_back(place_at(facts, fmt::format("joint '{}'", joint.name)));
+  });
+  finding.all = finding.places.size() == candidates && candidates == joint_count(model);
   add(std::move(finding), out);
 }
 
@@ -95,7 +90,7 @@ void add_negative(const Model& model, const FileFacts& facts, std::vector<Findin
                      .kind = "damping-negative",
                      .title = "damping, dry friction or armature below 0",
                      .advice = "they drive the joint instead of braking it: make them positive, or remove them"};
-  const auto consider = [&](const auto& joint) {
+  each_joint(model, [&](const auto& joint) {
     for (const auto& [what, value] :
          {std::pair("damping", joint.damping), std::pair("dry friction", joint.dry_friction),
           std::pair("armature", joint.armature)}) {
@@ -103,9 +98,7 @@ void add_negative(const Model& model, const FileFacts& facts, std::vector<Findin
       finding.places.push_back(
           place_at(facts, fmt::format("joint '{}'", joint.name), value, fmt::format("{} {:.4g}", what, value)));
     }
-  };
-  std::ranges::for_each(model.joints, consider);
-  std::ranges::for_each(model.balls, consider);
+  });
   add(std::move(finding), out);
 }
 

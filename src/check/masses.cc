@@ -7,8 +7,8 @@
 
 #include "base/quantity.h"
 #include "check/model_check.h"
-#include "model/extent.h"
 #include "model/kinematics.h"
+#include "model/shape.h"
 
 namespace assay::findings {
 namespace {

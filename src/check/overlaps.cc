@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "load/pair_distances.h"
-#include "model/extent.h"
+#include "model/shape.h"
 
 namespace assay {
 

@@ -8,8 +8,8 @@
 #include "base/quantity.h"
 #include "check/model_check.h"
 #include "check/overlaps.h"
-#include "model/extent.h"
-#include "model/kinematics.h"
+#include "model/joint.h"
+#include "model/shape.h"
 
 namespace assay::findings {
 namespace {
@@ -21,36 +21,22 @@ constexpr double kBlow = 1e-3;  // m
 // As far beyond a limit as soft limits of engines rest, and as far as a file rounds its keyframe.
 constexpr double kLeast = 1e-6, kNotable = 1e-3;  // rad or m
 
-std::string amount(double value, bool is_length) { return quantity_text(value, is_length ? "m" : "rad"); }
-
 void add_start_beyond_limits(const Model& model, const FileFacts& facts, std::vector<Finding>& out) {
-  for (const bool is_slide : {false, true}) {
+  for (const bool slide : {false, true}) {
     Finding finding = {.level = Level::kMend,
                        .kind = "start-beyond-limits",
-                       .title = is_slide ? "start beyond the limits of slides" : "start beyond the joint limits",
-                       .unit = is_slide ? "m" : "rad",
+                       .title = slide ? "start beyond the limits of slides" : "start beyond the joint limits",
+                       .unit = slide ? "m" : "rad",
                        .advice =
                            "engines throw them back: start at the limit (--within-limits) or elsewhere (--keyframe, "
                            "--qpos), or widen the limits"};
-    for (size_t j = 0; j < model.joints.size(); ++j) {
-      const Joint& joint = model.joints[j];
-      if (!joint.limited || joint.is_slide() != is_slide) continue;
-      const double q = model.initial.position[j];
-      const double beyond = std::max(joint.lower - q, q - joint.upper);
-      if (beyond <= kLeast) continue;
-      const double limit = q < joint.lower ? joint.lower : joint.upper;
+    each_joint(model, [&](const auto& joint) {
+      const double beyond = beyond_limit(model, model.initial, joint);
+      if (is_slide(joint) != slide || beyond <= kLeast) return;
       finding.places.push_back(place_at(facts, fmt::format("joint '{}'", joint.name), beyond,
-                                        fmt::format("{} beyond {:.4g}", amount(beyond, is_slide), limit)));
-    }
-    for (size_t b = 0; !is_slide && b < model.balls.size(); ++b) {
-      const BallJoint& ball = model.balls[b];
-      if (!ball.limited) continue;
-      const double angle = rotation_vector(ball_rotation(model, model.initial, static_cast<int>(b))).norm();
-      if (angle - ball.upper <= kLeast) continue;
-      finding.places.push_back(
-          place_at(facts, fmt::format("joint '{}'", ball.name), angle - ball.upper,
-                   fmt::format("{} beyond {:.4g}", amount(angle - ball.upper, false), ball.upper)));
-    }
+                                        fmt::format("{} beyond {:.4g}", quantity_text(beyond, finding.unit),
+                                                    passed_limit(model, model.initial, joint))));
+    });
     sort_by_value(finding);
     if (!finding.places.empty() && finding.places.front().value < kNotable) finding.level = Level::kKnow;
     add(std::move(finding), out);

@@ -13,6 +13,7 @@
 
 #include "check/islands.h"
 #include "measures/reference/dynamics.h"
+#include "model/joint.h"
 
 namespace assay {
 namespace {
@@ -86,16 +87,11 @@ class Bounds {
 
   std::vector<Element> joint_springs() const {
     std::vector<Element> elements;
-    for (const Joint& joint : model_.joints) {
+    each_joint(model_, [&](const auto& joint) {
       add(elements,
           {.element = fmt::format("joint '{}'", joint.name), .stiffness = joint.stiffness, .damping = joint.damping},
-          unit_columns(dynamics_.first_of(joint.body), 1));
-    }
-    for (const BallJoint& ball : model_.balls) {
-      add(elements,
-          {.element = fmt::format("joint '{}'", ball.name), .stiffness = ball.stiffness, .damping = ball.damping},
-          unit_columns(dynamics_.first_of(ball.body), 3));
-    }
+          unit_columns(dynamics_.first_of(joint.body), speeds_of(joint)));
+    });
     for (const Tendon& tendon : model_.tendons) {
       add(elements,
           {.element = fmt::format("tendon '{}'", tendon.name),

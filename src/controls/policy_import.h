@@ -58,11 +58,16 @@ class PolicyImporter {
   PolicyImporter(const PolicyImporter&) = delete;
   PolicyImporter& operator=(const PolicyImporter&) = delete;
 
- protected:
-  // `kind` as for YamlValues. Throws InputError for an `ignore` that is no path.
-  PolicyImporter(const Model& model, const YamlTree& tree, const std::string& path, std::string kind,
-                 const PolicyImportOptions& options);
-  ~PolicyImporter() = default;
+  const Model& model() const { return model_; }
+  const YamlPlace& root() const { return root_; }
+  const std::string& path() const { return path_; }
+  const PolicyImportOptions& options() const { return options_; }
+  const YamlValues& read() const { return read_; }
+  const std::vector<std::string>& names() const { return names_; }
+  const std::vector<double>& default_pos() const { return default_pos_; }
+  bool has_command() const { return !command_text_.empty(); }
+  const std::string& command_text() const { return command_text_; }  // [command]
+  std::optional<int> history() const { return history_; }
 
   void left_out(const std::string& path, const std::string& meaning) { left_out_.push_back({path, meaning}); }
   // A part without which the policy is another one: a problem unless an option ignores it, as if it did from here on.
@@ -115,6 +120,12 @@ class PolicyImporter {
   // The configuration: notes, joints and `parts`. Throws InputError for problems and for an `ignore` that named
   // nothing.
   PolicyImport finish(const std::string& trained_in, const std::string& parts) const;
+
+ protected:
+  // `kind` as for YamlValues. Throws InputError for an `ignore` that is no path.
+  PolicyImporter(const Model& model, const YamlTree& tree, const std::string& path, std::string kind,
+                 const PolicyImportOptions& options);
+  ~PolicyImporter() = default;
 
   const Model& model_;
   YamlPlace root_;

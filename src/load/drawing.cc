@@ -12,8 +12,8 @@
 #include "base/text.h"
 #include "load/outside_files.h"
 #include "load/package_paths.h"
-#include "load/urdf_compiler.h"
-#include "load/urdf_values.h"
+#include "load/urdf/compiler.h"
+#include "load/urdf/values.h"
 #include "model/ellipsoid.h"
 
 namespace assay {

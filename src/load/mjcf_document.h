@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "load/problems.h"
-#include "load/repair.h"
+#include "load/text_edit.h"
 
 namespace assay {
 

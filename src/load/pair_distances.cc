@@ -6,7 +6,7 @@
 
 #include "base/errors.h"
 #include "load/mujoco_messages.h"
-#include "model/extent.h"
+#include "model/shape.h"
 
 namespace assay {
 namespace {

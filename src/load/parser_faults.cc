@@ -457,7 +457,7 @@ Found find(const Message& said, const std::vector<DocumentElement>& elements) {
   return found;
 }
 
-constexpr const char* kLeavesOut = "leaves it out with all that is in it";
+constexpr const char* kLeavesAllOut = "leaves it out with all that is in it";
 constexpr const char* kIgnores = "ignores it";
 
 // The message without those words, about the element that they are of.
@@ -574,7 +574,7 @@ UnknownPart part_of(const DocumentElement& element, const std::string& attribute
       .element = element.label,
       .line = element.place.line,
       .file = element.place.file,
-      .message = fmt::format("{}: --drop-unsupported {}", why, attribute.empty() ? kLeavesOut : kIgnores)};
+      .message = fmt::format("{}: --drop-unsupported {}", why, attribute.empty() ? kLeavesAllOut : kIgnores)};
   return unknown;
 }
 
@@ -648,7 +648,7 @@ Problem parser_problem(const std::string& message, const std::string& text, cons
     if (const auto part = unknown_part(message, elements)) {
       const bool plugin = said.what.find("plugin") != std::string::npos && said.tag != "flexcomp";
       problem.option = fmt::format("--drop-unsupported, which {}", plugin ? "leaves it out with all that uses plugins"
-                                                                   : part->part.attribute.empty() ? kLeavesOut
+                                                                   : part->part.attribute.empty() ? kLeavesAllOut
                                                                                                   : kIgnores);
     }
   } else {

@@ -8,7 +8,7 @@
 
 #include "load/mjcf_document.h"
 #include "load/problems.h"
-#include "load/repair.h"
+#include "load/text_edit.h"
 
 namespace assay {
 

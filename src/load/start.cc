@@ -11,8 +11,8 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "model/couplings.h"
-#include "model/extent.h"
 #include "model/kinematics.h"
+#include "model/shape.h"
 
 namespace assay {
 namespace {

@@ -21,7 +21,7 @@
 #include "load/load_options.h"
 #include "load/mesh_file.h"
 #include "load/problems.h"
-#include "load/repair.h"
+#include "load/text_edit.h"
 
 namespace assay {
 

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
+#include "model/joint.h"
 
 namespace assay {
 namespace {
@@ -70,12 +71,7 @@ std::vector<double> batch_torques(const Model& model, int worlds, double timeste
   std::vector<double> largest;   // of each joint
   for (const Joint& joint : model.joints) {
     // the child by itself moves the more easily
-    const Body& child = model.bodies[static_cast<size_t>(joint.body)];
-    const Vec3 arm = child.p_BBcm - joint.p_BJ;
-    const double inertia = joint.is_slide() ? child.mass
-                                            : joint.axis_B.dot(child.I_BBcm_B * joint.axis_B) +
-                                                  child.mass * joint.axis_B.cross(arm).squaredNorm();
-    largest.push_back(kRate * inertia / timestep_s);
+    largest.push_back(kRate * child_inertia(model, joint) / timestep_s);
   }
   std::vector<double> torques;
   torques.reserve(largest.size() * static_cast<size_t>(worlds));

@@ -5,6 +5,7 @@
 #include "measures/mechanics.h"
 #include "measures/run_measures.h"
 #include "measures/trend.h"
+#include "model/joint.h"
 
 namespace assay {
 namespace {
@@ -16,9 +17,7 @@ std::string drift_obstacle(const Model& model, bool passive) {
 // Where all the energy is kinetic, its decay has a rate.
 std::optional<Interval> hidden_damping(const MeasuredRun& run) {
   const auto is_spring = [](const auto& joint) { return joint.stiffness != 0; };
-  const bool springs = std::ranges::any_of(run.model.joints, is_spring) ||
-                       std::ranges::any_of(run.model.balls, is_spring) ||
-                       std::ranges::any_of(run.model.tendons, is_spring);
+  const bool springs = any_joint(run.model, is_spring) || std::ranges::any_of(run.model.tendons, is_spring);
   if (!run.model.gravity.isZero(0) || springs) return std::nullopt;
   std::vector<double> time, energy;
   time.reserve(run.states.size());

@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "model/kinematics.h"
+#include "model/joint.h"
 
 namespace assay {
 namespace {
@@ -30,11 +30,6 @@ bool is_held(const Model& model) {
   return std::ranges::any_of(model.connects, at_world) || std::ranges::any_of(model.welds, at_world);
 }
 
-template <typename Element>
-bool loses_energy(const Element& element) {
-  return element.damping != 0 || element.dry_friction != 0;
-}
-
 std::optional<double> ratio(double deviation, double scale) {
   if (!(scale > 0)) return std::nullopt;
   return deviation / scale;
@@ -50,15 +45,7 @@ double kinetic_energy(const Model& model, const State& state) {
     energy += 0.5 * model.bodies[i].mass * body.v_WBcm.squaredNorm();
     energy += 0.5 * body.w_WB.dot(inertia_in_world(model.bodies[i], body) * body.w_WB);
   }
-  // Armature is inertia of a joint and belongs to no body.
-  for (size_t j = 0; j < model.joints.size(); ++j) {
-    if (model.joints[j].armature != 0) energy += 0.5 * model.joints[j].armature * state.velocity[j] * state.velocity[j];
-  }
-  for (size_t b = 0; b < model.balls.size(); ++b) {
-    const BallJoint& ball = model.balls[b];
-    if (ball.armature == 0) continue;
-    energy += 0.5 * ball.armature * ball_velocity(model, state, static_cast<int>(b)).squaredNorm();
-  }
+  each_joint(model, [&](const auto& joint) { energy += armature_energy(model, state, joint); });
   return energy;
 }
 
@@ -68,18 +55,7 @@ double potential_energy(const Model& model, const State& state) {
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     energy -= model.bodies[i].mass * model.gravity.dot(state.bodies[i].p_WBcm);
   }
-  for (size_t j = 0; j < model.joints.size(); ++j) {
-    const Joint& hinge = model.joints[j];
-    if (hinge.stiffness == 0) continue;
-    const double stretch = state.position[j] - hinge.spring_reference;
-    energy += 0.5 * hinge.stiffness * stretch * stretch;
-  }
-  for (size_t b = 0; b < model.balls.size(); ++b) {
-    const BallJoint& ball = model.balls[b];
-    if (ball.stiffness == 0) continue;
-    const Quat deflection = ball.spring_reference.conjugate() * ball_rotation(model, state, static_cast<int>(b));
-    energy += 0.5 * ball.stiffness * rotation_vector(deflection).squaredNorm();
-  }
+  each_joint(model, [&](const auto& joint) { energy += spring_energy(model, state, joint); });
   for (const Tendon& tendon : model.tendons) {
     if (tendon.stiffness == 0) continue;
     const double length = sum_of_terms(tendon.terms, state.position);
@@ -108,11 +84,10 @@ Vec3 angular_momentum(const Model& model, const State& state, const Vec3& p_Wo) 
 Conserved conserved_quantities(const Model& model, bool driven) {
   Conserved conserved;
   // damping or dry friction
-  const bool damped = std::ranges::any_of(model.joints, loses_energy<Joint>) ||
-                      std::ranges::any_of(model.balls, loses_energy<BallJoint>) ||
-                      std::ranges::any_of(model.tendons, loses_energy<Tendon>);
-  const bool limited = model.has_limits() || std::ranges::any_of(model.balls, &BallJoint::limited) ||
-                       std::ranges::any_of(model.tendons, &Tendon::limited);
+  const auto loses_energy = [](const auto& element) { return element.damping != 0 || element.dry_friction != 0; };
+  const auto has_limit = [](const auto& element) { return element.limited; };
+  const bool damped = any_joint(model, loses_energy) || std::ranges::any_of(model.tendons, loses_energy);
+  const bool limited = any_joint(model, has_limit) || std::ranges::any_of(model.tendons, has_limit);
   conserved.energy = model.contacts.empty() && !damped && !limited && !driven;
 
   const bool weightless = model.gravity.isZero(0);
@@ -128,13 +103,11 @@ Conserved conserved_quantities(const Model& model, bool driven) {
   }
   // The world exerts no moment about the axis of a tree's only hinge, unless that hinge has a spring, a damper, a limit
   // or armature.
-  const bool on_hinge =
-      hinged_root >= 0 && model.bodies[static_cast<size_t>(hinged_root)].joint >= 0 &&
-      !model.joints[static_cast<size_t>(model.bodies[static_cast<size_t>(hinged_root)].joint)].is_slide();
+  const Joint* root_hinge = hinged_root < 0 ? nullptr : hinge_of(model, model.bodies[static_cast<size_t>(hinged_root)]);
   const bool other_forces = !model.couplings.empty() || !model.tendons.empty();
-  if (on_hinge && !other_forces && roots == 1 && !on_ground && !driven) {
+  if (root_hinge != nullptr && !other_forces && roots == 1 && !on_ground && !driven) {
     const Body& root = model.bodies[static_cast<size_t>(hinged_root)];
-    const Joint& hinge = model.joints[static_cast<size_t>(root.joint)];
+    const Joint& hinge = *root_hinge;
     const bool free_turning = !hinge.has_spring() && !hinge.limited && hinge.armature == 0 && hinge.dry_friction == 0;
     Conserved::Axis axis{root.X_PB * hinge.p_BJ, root.X_PB.q * hinge.axis_B};
     const bool gravity_along_axis = model.gravity.cross(axis.axis_W).norm() <= 1e-12 * model.gravity.norm();

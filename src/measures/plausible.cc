@@ -9,8 +9,9 @@
 
 #include "measures/mechanics.h"
 #include "measures/violation.h"
-#include "model/extent.h"
+#include "model/joint.h"
 #include "model/kinematics.h"
+#include "model/shape.h"
 
 namespace assay {
 namespace {
@@ -23,17 +24,11 @@ bool is_finite(const BodyState& body) {
   return body.p_WBcm.allFinite() && body.q_WB.coeffs().allFinite() && body.v_WBcm.allFinite() && body.w_WB.allFinite();
 }
 
-// The anchor of a body's joint in its own frame.
-const Vec3& anchor_of(const Model& model, const Body& body) {
-  return body.ball >= 0 ? model.balls[static_cast<size_t>(body.ball)].p_BJ
-                        : model.joints[static_cast<size_t>(body.joint)].p_BJ;
-}
-
 // Whether the body, or one that carries it, is free or slides: then no chain holds it back.
 bool travels(const Model& model, size_t body) {
   for (int b = static_cast<int>(body); b != kWorld; b = model.bodies[static_cast<size_t>(b)].parent) {
     const Body& each = model.bodies[static_cast<size_t>(b)];
-    if (each.is_free() || (each.joint >= 0 && model.joints[static_cast<size_t>(each.joint)].is_slide())) return true;
+    if (each.is_free() || slides(model, each)) return true;
   }
   return false;
 }
@@ -60,11 +55,9 @@ double start_gap(const Model& model, const State& start) {
     const Pose wanted = parent_pose(model, start, weld.body_a) * weld.X_AB;
     gap = std::max(gap, (wanted.p - parent_pose(model, start, weld.body_b).p).norm());
   }
-  for (size_t j = 0; j < model.joints.size(); ++j) {
-    const Joint& joint = model.joints[j];
-    if (!joint.is_slide() || !joint.limited) continue;
-    gap = std::max({gap, joint.lower - start.position[j], start.position[j] - joint.upper});
-  }
+  each_joint(model, [&](const auto& joint) {
+    if (is_slide(joint)) gap = std::max(gap, beyond_limit(model, start, joint));
+  });
   return gap;
 }
 
@@ -79,36 +72,20 @@ double start_turn(const Model& model, const State& start) {
     const double wanted = coupling.offset + sum_of_terms(coupling.terms, start.position);
     turn = std::max(turn, std::abs(start.position[static_cast<size_t>(coupling.joint)] - wanted));
   }
-  for (size_t j = 0; j < model.joints.size(); ++j) {
-    const Joint& joint = model.joints[j];
-    if (joint.is_slide() || !joint.limited) continue;
-    turn = std::max({turn, joint.lower - start.position[j], start.position[j] - joint.upper});
-  }
-  for (size_t b = 0; b < model.balls.size(); ++b) {
-    const BallJoint& ball = model.balls[b];
-    if (!ball.limited) continue;
-    turn = std::max(turn, rotation_vector(ball_rotation(model, start, static_cast<int>(b))).norm() - ball.upper);
-  }
+  each_joint(model, [&](const auto& joint) {
+    if (!is_slide(joint)) turn = std::max(turn, beyond_limit(model, start, joint));
+  });
   return turn;
 }
 
 // Energy of the springs in a state, J.
 double spring_energy(const Model& model, const State& state) {
   double energy = 0;
-  const auto add = [&](double stiffness, double stretch) { energy += 0.5 * stiffness * stretch * stretch; };
-  for (size_t j = 0; j < model.joints.size(); ++j) {
-    add(model.joints[j].stiffness, state.position[j] - model.joints[j].spring_reference);
-  }
-  for (const BallJoint& ball : model.balls) {
-    const Body& body = model.bodies[static_cast<size_t>(ball.body)];
-    const Quat q_WP =
-        body.parent == kWorld ? Quat(Quat::Identity()) : state.bodies[static_cast<size_t>(body.parent)].q_WB;
-    const Quat rotation = (q_WP * body.X_PB.q).conjugate() * state.bodies[static_cast<size_t>(ball.body)].q_WB;
-    add(ball.stiffness, rotation_vector(ball.spring_reference.conjugate() * rotation).norm());
-  }
+  each_joint(model, [&](const auto& joint) { energy += spring_energy(model, state, joint); });
   for (const Tendon& tendon : model.tendons) {
     const double length = sum_of_terms(tendon.terms, state.position);
-    add(tendon.stiffness, length - std::clamp(length, tendon.rest_lower, tendon.rest_upper));
+    const double stretch = length - std::clamp(length, tendon.rest_lower, tendon.rest_upper);
+    energy += 0.5 * tendon.stiffness * stretch * stretch;
   }
   return energy;
 }
@@ -149,7 +126,7 @@ Plausibility::Plausibility(const Model& model, const State& start, double durati
   for (const ContactPair& pair : model.contacts) {
     for (const int index : {pair.shape_a, pair.shape_b}) {
       const Shape& shape = model.shapes[static_cast<size_t>(index)];
-      if (shape.type != ShapeType::kPlane) continue;
+      if (!is_plane(shape)) continue;
       if ((shape.X_BS.q * Vec3::UnitZ()).dot(up) > 0.999) ground = std::max(ground, shape.X_BS.p.dot(up));
     }
   }
@@ -221,11 +198,7 @@ void Plausibility::find_rest(const State& start, const std::vector<double>& far,
     const double extent = start.bodies[i].p_WBcm.norm() + far[i] + size_;
     const double speed = kRoundings * unit_ * extent / step + correction + turn * (far[i] + size_);
     rest_energy_ += 0.5 * body.mass * speed * speed + 0.5 * body.I_BBcm_B.trace() * turn * turn;
-    const double armature = body.joint >= 0  ? model_.joints[static_cast<size_t>(body.joint)].armature
-                            : body.ball >= 0 ? model_.balls[static_cast<size_t>(body.ball)].armature
-                                             : 0;
-    const bool slides = body.joint >= 0 && model_.joints[static_cast<size_t>(body.joint)].is_slide();
-    rest_energy_ += 0.5 * armature * (slides ? speed * speed : 3 * turn * turn);
+    rest_energy_ += 0.5 * armature_of(model_, body) * (slides(model_, body) ? speed * speed : 3 * turn * turn);
   }
 }
 
@@ -250,37 +223,25 @@ std::string Plausibility::impossibility(const State& state) const {
 }
 
 std::string Plausibility::torn(const State& state) const {
-  for (size_t j = 0; j < model_.joints.size(); ++j) {
-    const JointFrames frames = joint_frames(model_, state, static_cast<int>(j));
-    Vec3 apart = frames.p_WJ_child - frames.p_WJ_parent;
-    const bool is_slide = model_.joints[j].is_slide();
-    if (is_slide) apart -= apart.dot(frames.axis_W_parent) * frames.axis_W_parent;
-    if (const double gap = apart.norm(); gap > size_ + rounding(frames.p_WJ_child)) {
-      return fmt::format("{} '{}' is {:.3g} m apart", is_slide ? "slide" : "hinge", model_.joints[j].name, gap);
+  std::string why;
+  each_joint(model_, [&](const auto& joint) {
+    if (!why.empty()) return;
+    const JointError error = joint_error(model_, state, joint);
+    if (const double gap = error.apart_W.norm(); gap > size_ + rounding(error.p_WJ_child)) {
+      why = fmt::format("{} '{}' is {:.3g} m apart", type_name(joint), joint.name, gap);
+    } else if (const double beyond = beyond_limit(model_, state, joint); !is_slide(joint) && beyond > kTurn) {
+      why = fmt::format("{} '{}' is {:.3g} rad beyond its limit", type_name(joint), joint.name, beyond);
     }
-    if (is_slide || !model_.joints[j].limited) continue;
-    const double q = state.position[j];
-    if (const double beyond = std::max(model_.joints[j].lower - q, q - model_.joints[j].upper); beyond > kTurn) {
-      return fmt::format("hinge '{}' is {:.3g} rad beyond its limit", model_.joints[j].name, beyond);
-    }
-  }
-  for (const BallJoint& ball : model_.balls) {
-    const Body& body = model_.bodies[static_cast<size_t>(ball.body)];
-    const Vec3 child = body_pose(body, state.bodies[static_cast<size_t>(ball.body)]) * ball.p_BJ;
-    const Vec3 parent = parent_pose(model_, state, body.parent) * (body.X_PB * ball.p_BJ);
-    if (const double gap = (child - parent).norm(); gap > size_ + rounding(child)) {
-      return fmt::format("ball joint '{}' is {:.3g} m apart", ball.name, gap);
-    }
-  }
-  return "";
+  });
+  return why;
 }
 
 std::string Plausibility::below_ground(const State& state) const {
   for (const ContactPair& pair : model_.contacts) {
     const Shape& a = model_.shapes[static_cast<size_t>(pair.shape_a)];
     const Shape& b = model_.shapes[static_cast<size_t>(pair.shape_b)];
-    if (a.type != ShapeType::kPlane && b.type != ShapeType::kPlane) continue;
-    const Shape& plane = a.type == ShapeType::kPlane ? a : b;
+    if (!is_plane(a) && !is_plane(b)) continue;
+    const Shape& plane = is_plane(a) ? a : b;
     const Shape& other = &plane == &a ? b : a;
     if (other.body == kWorld) continue;
     const Body& body = model_.bodies[static_cast<size_t>(other.body)];

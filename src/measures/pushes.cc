@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
+#include "model/joint.h"
 #include "model/kinematics.h"
 
 namespace assay {
@@ -28,12 +29,7 @@ int joint_index(const Model& model, const std::string& name) {
 }
 
 State with_rate(const Model& model, State state, size_t joint, double rate) {
-  std::vector<BallCoordinates> balls;
-  balls.reserve(model.balls.size());
-  for (size_t i = 0; i < model.balls.size(); ++i) {
-    const auto ball = static_cast<int>(i);
-    balls.push_back({ball_rotation(model, state, ball), ball_velocity(model, state, ball)});
-  }
+  const std::vector<BallCoordinates> balls = ball_coordinates(model, state);
   state.velocity[joint] += rate;
   bodies_from_joints(model, balls, state);
   return state;

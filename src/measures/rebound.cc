@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
-#include "model/extent.h"
 #include "model/kinematics.h"
+#include "model/shape.h"
 
 namespace assay {
 namespace {

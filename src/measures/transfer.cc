@@ -6,7 +6,8 @@
 #include <set>
 
 #include "measures/agreement.h"
-#include "model/extent.h"
+#include "model/joint.h"
+#include "model/shape.h"
 
 namespace assay {
 namespace {
@@ -55,8 +56,8 @@ void each_touch(const Model& model, const State& state, const Visit& visit) {
     const ContactPair& pair = model.contacts[i];
     const Shape* a = &model.shapes[static_cast<size_t>(pair.shape_a)];
     const Shape* b = &model.shapes[static_cast<size_t>(pair.shape_b)];
-    if (a->type != ShapeType::kPlane) std::swap(a, b);
-    if (a->type != ShapeType::kPlane || a->body != kWorld || is_ground(*b) || b->body == kWorld) continue;
+    if (!is_plane(*a)) std::swap(a, b);
+    if (!is_plane(*a) || a->body != kWorld || is_ground(*b) || b->body == kWorld) continue;
     const Vec3 normal = a->X_BS.q * Vec3::UnitZ();
     const Pose X_WS = shape_pose(model, state, *b);
     const Vec3 down_S = X_WS.q.conjugate() * Vec3(-normal);
@@ -82,21 +83,6 @@ std::set<size_t> touches(const Model& model, const State& state) {
   return pairs;
 }
 
-// The distance from a joint's anchor of the farthest centre of mass that it carries, m.
-double reach_of_joint(const Model& model, const State& state, const Joint& joint) {
-  const auto root = static_cast<size_t>(joint.body);
-  const BodyState& child = state.bodies[root];
-  const Vec3 anchor = child.p_WBcm + child.q_WB * (joint.p_BJ - model.bodies[root].p_BBcm);
-  std::vector<bool> carried(model.bodies.size(), false);
-  double reach = 0;
-  for (size_t i = root; i < model.bodies.size(); ++i) {  // parents come before their children
-    const int parent = model.bodies[i].parent;
-    carried[i] = i == root || (parent != kWorld && carried[static_cast<size_t>(parent)]);
-    if (carried[i]) reach = std::max(reach, (state.bodies[i].p_WBcm - anchor).norm());
-  }
-  return reach;
-}
-
 // The joint that moves bodies apart the most, -1 where a free base does.
 int parting_joint(const Model& model, const State& a, const State& b) {
   int joint = -1;
@@ -105,8 +91,7 @@ int parting_joint(const Model& model, const State& a, const State& b) {
     if (model.bodies[i].is_free()) most = std::max(most, (a.bodies[i].p_WBcm - b.bodies[i].p_WBcm).norm());
   }
   for (size_t i = 0; i < model.joints.size(); ++i) {
-    const double reach = model.joints[i].is_slide() ? 1 : reach_of_joint(model, b, model.joints[i]);
-    const double apart = reach * std::abs(a.position[i] - b.position[i]);
+    const double apart = reach_of_unit(model, b, model.joints[i]) * std::abs(a.position[i] - b.position[i]);
     if (apart > most) {
       most = apart;
       joint = static_cast<int>(i);

@@ -8,8 +8,8 @@
 #include "base/errors.h"
 #include "measures/run_measures.h"
 #include "measures/statistics.h"
-#include "model/extent.h"
-#include "model/kinematics.h"
+#include "model/joint.h"
+#include "model/shape.h"
 
 namespace assay {
 namespace {
@@ -21,19 +21,19 @@ struct PlacedShape {
   bool is_plane = false;
 };
 
-bool is_round(const Shape& shape) { return shape.type == ShapeType::kSphere || shape.type == ShapeType::kCapsule; }
+bool is_round(const Shape& shape) { return half_segment(shape).has_value(); }
 
 // Whether the distance has a closed form.
 bool is_simple(const Model& model, const ContactPair& pair) {
   const Shape &a = model.shapes[static_cast<size_t>(pair.shape_a)],
               &b = model.shapes[static_cast<size_t>(pair.shape_b)];
-  return (is_round(a) && (is_round(b) || b.type == ShapeType::kPlane)) || (is_round(b) && a.type == ShapeType::kPlane);
+  return (is_round(a) && (is_round(b) || is_plane(b))) || (is_round(b) && is_plane(a));
 }
 
 PlacedShape place(const Shape& shape, const Pose& X_WS) {
   const Vec3 axis = X_WS.q * Vec3::UnitZ();
-  if (shape.type == ShapeType::kPlane) return {X_WS.p, axis, 0, true};
-  const double half = shape.type == ShapeType::kCapsule ? shape.half_length : 0;
+  if (is_plane(shape)) return {X_WS.p, axis, 0, true};
+  const double half = half_segment(shape).value_or(0);
   return {X_WS.p - half * axis, X_WS.p + half * axis, shape.radius, false};
 }
 
@@ -70,19 +70,6 @@ double distance(const PlacedShape& a, const PlacedShape& b) {
 double distance_bound(const PlacedShape& a, const PlacedShape& b) {
   return 0.5 * ((a.from + a.to - b.from - b.to).norm() - (a.to - a.from).norm() - (b.to - b.from).norm()) - a.radius -
          b.radius;
-}
-
-Pose parent_pose(const Model& model, const State& state, const Body& body) {
-  if (body.parent == kWorld) return {};
-  const auto parent = static_cast<size_t>(body.parent);
-  return body_pose(model.bodies[parent], state.bodies[parent]);
-}
-
-// The angle by which the child of a slide has turned from the pose X_PB, rad.
-double slide_rotation(const Model& model, const State& state, const Joint& slide) {
-  const Body& body = model.bodies[static_cast<size_t>(slide.body)];
-  const Quat expected = parent_pose(model, state, body).q * body.X_PB.q;
-  return rotation_vector(expected.conjugate() * state.bodies[static_cast<size_t>(slide.body)].q_WB).norm();
 }
 
 }  // namespace
@@ -126,7 +113,7 @@ double Separations::deepest_penetration(const State& state) const {
   std::vector<Box> boxes(others_ == nullptr ? 0 : model_.shapes.size());
   for (size_t s = 0; s < model_.shapes.size(); ++s) {
     const Shape& shape = model_.shapes[s];
-    if (is_round(shape) || shape.type == ShapeType::kPlane) placed[s] = place(shape, X_WS[s]);
+    if (is_round(shape) || is_plane(shape)) placed[s] = place(shape, X_WS[s]);
     if (others_ != nullptr && !is_ground(shape)) boxes[s] = box_around(model_, shape, X_WS[s]);
   }
   double deepest = 0;
@@ -150,35 +137,12 @@ namespace {
 Violation violation(const Model& model, const State& state, const Separations& separations) {
   assert(state.position.size() == model.joints.size());
   Violation worst;
-  for (size_t j = 0; j < model.joints.size(); ++j) {
-    const Joint& hinge = model.joints[j];
-    const JointFrames frames = joint_frames(model, state, static_cast<int>(j));
-    if (hinge.is_slide()) {
-      // off the axis, and the whole relative rotation, which a slide does not allow
-      const Vec3 way = frames.p_WJ_child - frames.p_WJ_parent;
-      worst.dislocation = std::max(worst.dislocation, frames.axis_W_parent.cross(way).norm());
-      worst.misalignment = std::max(worst.misalignment, slide_rotation(model, state, hinge));
-      continue;
-    }
-    worst.dislocation = std::max(worst.dislocation, (frames.p_WJ_child - frames.p_WJ_parent).norm());
-    // exact for small angles, where the arc cosine loses all digits
-    const double angle = std::atan2(frames.axis_W_parent.cross(frames.axis_W_child).norm(),
-                                    frames.axis_W_parent.dot(frames.axis_W_child));
-    worst.misalignment = std::max(worst.misalignment, angle);
-    if (hinge.limited)
-      worst.limit = std::max({worst.limit, hinge.lower - state.position[j], state.position[j] - hinge.upper});
-  }
-  for (size_t b = 0; b < model.balls.size(); ++b) {
-    const BallJoint& ball = model.balls[b];
-    const Body& body = model.bodies[static_cast<size_t>(ball.body)];
-    const Vec3 child = body_pose(body, state.bodies[static_cast<size_t>(ball.body)]) * ball.p_BJ;
-    const Vec3 parent = parent_pose(model, state, body) * (body.X_PB * ball.p_BJ);
-    worst.dislocation = std::max(worst.dislocation, (child - parent).norm());
-    if (ball.limited) {
-      const double angle = rotation_vector(ball_rotation(model, state, static_cast<int>(b))).norm();
-      worst.limit = std::max(worst.limit, angle - ball.upper);
-    }
-  }
+  each_joint(model, [&](const auto& joint) {
+    const JointError error = joint_error(model, state, joint);
+    worst.dislocation = std::max(worst.dislocation, error.dislocation);
+    worst.misalignment = std::max(worst.misalignment, error.misalignment);
+    if (!is_slide(joint)) worst.limit = std::max(worst.limit, beyond_limit(model, state, joint));
+  });
   worst.penetration = separations.deepest_penetration(state);
   return worst;
 }
@@ -211,9 +175,7 @@ ViolationSummary violation_summary(const Model& model, const std::vector<State>&
 namespace {
 
 std::string violation_obstacle(const Model& model, bool /*passive*/) {
-  return model.joints.empty() && model.balls.empty() && model.contacts.empty()
-             ? "has neither joints nor contacts to violate"
-             : "";
+  return joint_count(model) == 0 && model.contacts.empty() ? "has neither joints nor contacts to violate" : "";
 }
 
 // What the model has: joints, limits, contacts.
@@ -224,13 +186,11 @@ std::vector<RunValue> violation_values(const MeasuredRun& run) {
     values.push_back({name + "_max", unit, summary.largest.*kind, {}, {}});
     values.push_back({name + "_rms", unit, summary.rms.*kind, summary.rms_low.*kind, summary.rms_high.*kind});
   };
-  if (!run.model.joints.empty() || !run.model.balls.empty()) {
+  if (joint_count(run.model) > 0) {
     add("joint_dislocation", "m", &Violation::dislocation);
     add("joint_misalignment", "rad", &Violation::misalignment);
   }
-  const bool limits =
-      std::ranges::any_of(run.model.joints, [](const Joint& joint) { return joint.limited && !joint.is_slide(); }) ||
-      std::ranges::any_of(run.model.balls, &BallJoint::limited);
+  const bool limits = any_joint(run.model, [](const auto& joint) { return joint.limited && !is_slide(joint); });
   if (limits) add("limit_violation", "rad", &Violation::limit);
   if (!run.model.contacts.empty() && summary.has_penetration) add("penetration", "m", &Violation::penetration);
   return values;

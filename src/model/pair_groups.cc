@@ -6,32 +6,12 @@
 
 #include <fmt/format.h>
 
+#include "model/shape.h"
+
 namespace assay {
 namespace {
 
 constexpr std::string_view kMore = "' and ", kMorePairs = " more pairs of ";
-
-const char* shapes_text(ShapeType type) {
-  switch (type) {
-    case ShapeType::kSphere:
-      return "spheres";
-    case ShapeType::kCapsule:
-      return "capsules";
-    case ShapeType::kBox:
-      return "boxes";
-    case ShapeType::kCylinder:
-      return "cylinders";
-    case ShapeType::kEllipsoid:
-      return "ellipsoids";
-    case ShapeType::kHull:
-      return "meshes";
-    case ShapeType::kPlane:
-      return "planes";
-    case ShapeType::kHeightField:
-      return "height fields";
-  }
-  return "shapes";
-}
 
 }  // namespace
 

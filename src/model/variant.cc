@@ -12,8 +12,8 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "model/couplings.h"
-#include "model/extent.h"
-#include "model/kinematics.h"
+#include "model/joint.h"
+#include "model/shape.h"
 
 namespace assay {
 namespace {
@@ -37,7 +37,7 @@ Ground ground_of(const Model& model, bool free) {
     for (const auto& [a, b] : {std::pair(pair.shape_a, pair.shape_b), std::pair(pair.shape_b, pair.shape_a)}) {
       const Shape& plane = model.shapes[static_cast<size_t>(a)];
       const Shape& shape = model.shapes[static_cast<size_t>(b)];
-      if (plane.type != ShapeType::kPlane || shape.body == kWorld) continue;
+      if (!is_plane(plane) || shape.body == kWorld) continue;
       if (free && !stands_free(model, shape.body)) continue;
       const Pose X_WS = shape_pose(model, model.initial, shape);
       const Vec3 normal_W = plane.X_BS.q * Vec3::UnitZ();
@@ -102,8 +102,7 @@ Model variant_of(Model model, const ModelVariant& variant) {
   if (!variant.contacts || variant.smooth) model.contacts.clear();
   if (!variant.gravity) model.gravity.setZero();
   if (variant.smooth) {
-    for (Joint& joint : model.joints) joint.limited = false, joint.dry_friction = 0;
-    for (BallJoint& ball : model.balls) ball.limited = false, ball.dry_friction = 0;
+    each_joint(model, [](auto& joint) { joint.limited = false, joint.dry_friction = 0; });
     for (Tendon& tendon : model.tendons) tendon.limited = false, tendon.dry_friction = 0;
   }
   if (variant.start_rates > 0) set_rates(model, variant.start_rates);

@@ -79,10 +79,10 @@ json point(const Vec3& p) {
 
 json shapes_of(const Scene& scene, const std::vector<Pose>& bodies) {
   json shapes = json::array();
-  for (const SceneShape& shape : scene.shapes) {
-    if (shape.type == ShapeType::kPlane || shape.type == ShapeType::kHeightField) continue;
+  for (const Shape& shape : scene.shapes) {
+    if (is_ground(shape)) continue;
     const Pose X_WS = (shape.body == kWorld ? Pose() : bodies[static_cast<size_t>(shape.body)]) * shape.X_BS;
-    const Rod rod = rod_of(scene, shape);
+    const Rod rod = rod_of(shape, data_of(scene, shape));
     const auto byte = [&](size_t i) {
       return static_cast<int>(std::lround(255 * std::clamp(shape.rgba.at(i), 0.0F, 1.0F)));
     };
@@ -191,9 +191,9 @@ json picture_data(const Results& results) {
     poses.reserve(scene.bodies.size());
     for (const SceneBody& body : scene.bodies) poses.push_back(body.X_WB);
     json ground = nullptr;
-    for (const SceneShape& shape : scene.shapes) {
+    for (const Shape& shape : scene.shapes) {
       const bool level = shape.body == kWorld && (shape.X_BS.q * Vec3::UnitZ()).z() > 1 - 1e-9;
-      if (shape.type == ShapeType::kPlane && level) ground = rounded(shape.X_BS.p.z(), 5);
+      if (is_plane(shape) && level) ground = rounded(shape.X_BS.p.z(), 5);
     }
     pictures.push_back({{"system", row.system},
                         {"azimuth", figures::azimuth_of(row.system)},

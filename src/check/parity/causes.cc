@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
-#include "model/kinematics.h"
+#include "model/joint.h"
 
 namespace assay::parity {
 namespace {
@@ -60,13 +60,13 @@ class Hypotheses {
 
   void joint(int j) {
     const Joint& joint = model_.joints[j];
-    const bool slide = joint.is_slide();
+    const JointUnits& units = units_of(joint);
     const double inertia = bench_.inertia[bench_.layout.of_joint[j]];
-    scalar(j, "armature", slide ? "kg" : "kg m^2", &Joint::armature, inertia);
-    scalar(j, "damping", slide ? "N s/m" : "Nms/rad", &Joint::damping, inertia);
-    scalar(j, "dry friction", slide ? "N" : "Nm", &Joint::dry_friction, inertia);
-    scalar(j, "stiffness", slide ? "N/m" : "Nm/rad", &Joint::stiffness, inertia);
-    if (joint.stiffness != 0) scalar(j, "spring reference", slide ? "m" : "rad", &Joint::spring_reference, 1);
+    scalar(j, "armature", units.inertia, &Joint::armature, inertia);
+    scalar(j, "damping", units.damping, &Joint::damping, inertia);
+    scalar(j, "dry friction", units.force, &Joint::dry_friction, inertia);
+    scalar(j, "stiffness", units.stiffness, &Joint::stiffness, inertia);
+    if (joint.stiffness != 0) scalar(j, "spring reference", units.position, &Joint::spring_reference, 1);
 
     const std::string element = fmt::format("joint '{}'", joint.name);
     all_.push_back({.element = element,
@@ -94,7 +94,7 @@ class Hypotheses {
                           return fmt::format("turned by {:.3g} degrees", x.norm() * 180 / std::numbers::pi);
                         },
                     .relative = norm});
-    if (slide) return;
+    if (is_slide(joint)) return;
     // a shift along the axis changes nothing
     const auto shift = [j](const Vec3& along) {
       return [j, along](Model& m, double x) {
@@ -123,18 +123,18 @@ class Hypotheses {
                       .words = [=](const Eigen::VectorXd& x) { return instead(expected + x[0], expected, unit); },
                       .relative = [=](const Eigen::VectorXd& x) { return ratio(x[0], expected); }});
     };
-    number("armature", "kg m^2", &BallJoint::armature);
-    number("damping", "Nms/rad", &BallJoint::damping);
-    number("stiffness", "Nm/rad", &BallJoint::stiffness);
-    number("dry friction", "Nm", &BallJoint::dry_friction);
+    const JointUnits& units = units_of(joint);
+    number("armature", units.inertia, &BallJoint::armature);
+    number("damping", units.damping, &BallJoint::damping);
+    number("stiffness", units.stiffness, &BallJoint::stiffness);
+    number("dry friction", units.force, &BallJoint::dry_friction);
   }
 
   void body(int b) {
     const Body& body = model_.bodies[b];
     // a body is found by its joint
     std::string element = fmt::format("body '{}'", body.name);
-    if (body.joint >= 0) element += fmt::format(" of joint '{}'", model_.joints[body.joint].name);
-    if (body.ball >= 0) element += fmt::format(" of joint '{}'", model_.balls[body.ball].name);
+    if (!body.is_free()) element += fmt::format(" of joint '{}'", joint_name(model_, body));
     const double mass = body.mass;
     all_.push_back({.element = element,
                     .parameter = "mass",

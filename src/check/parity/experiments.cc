@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
-#include "model/kinematics.h"
+#include "model/joint.h"
 #include "model/state_faults.h"
 
 namespace assay::parity {
@@ -30,8 +30,7 @@ Model bench_model(Model model) {
   model.welds.clear();
   model.actuators.clear();
   model.control0.clear();
-  for (Joint& joint : model.joints) joint.limited = false;
-  for (BallJoint& ball : model.balls) ball.limited = false;
+  each_joint(model, [](auto& joint) { joint.limited = false; });
   for (Tendon& tendon : model.tendons) tendon.limited = false;
   model.hash = model_hash(model);
   return model;
@@ -165,14 +164,10 @@ double step_of_stiffest(const Bench& bench, const Eigen::MatrixXd& inertia) {
   const Model& model = bench.with_gravity;
   const auto count = bench.layout.count;
   Eigen::VectorXd damping = Eigen::VectorXd::Zero(count), stiffness = damping;
-  for (size_t j = 0; j < model.joints.size(); ++j) {
-    damping[bench.layout.of_joint[j]] = model.joints[j].damping;
-    stiffness[bench.layout.of_joint[j]] = model.joints[j].stiffness;
-  }
-  for (const BallJoint& ball : model.balls) {
-    damping.segment(bench.layout.first[ball.body], 3).setConstant(ball.damping);
-    stiffness.segment(bench.layout.first[ball.body], 3).setConstant(ball.stiffness);
-  }
+  each_joint(model, [&](const auto& joint) {
+    damping.segment(bench.layout.first[joint.body], speeds_of(joint)).setConstant(joint.damping);
+    stiffness.segment(bench.layout.first[joint.body], speeds_of(joint)).setConstant(joint.stiffness);
+  });
   if (damping.isZero(0) && stiffness.isZero(0)) return std::numeric_limits<double>::infinity();
   // eigenvalues of M^-1 D and M^-1 K
   const auto fastest = [&](const Eigen::VectorXd& diagonal) {
@@ -192,8 +187,7 @@ Bench::Bench(const Model& model, const ExperimentOptions& options)
   Random random(options.seed);
   const double size = size_of(model);
   Model still = without_gravity;
-  for (Joint& joint : still.joints) joint.stiffness = joint.damping = joint.dry_friction = 0;
-  for (BallJoint& ball : still.balls) ball.stiffness = ball.damping = ball.dry_friction = 0;
+  each_joint(still, [](auto& joint) { joint.stiffness = joint.damping = joint.dry_friction = 0; });
   still.tendons.clear();
 
   for (int sample = 0; sample < options.samples; ++sample) {

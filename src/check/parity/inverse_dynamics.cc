@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-#include "model/kinematics.h"
+#include "model/joint.h"
 
 namespace assay::parity {
 namespace {
@@ -18,11 +18,6 @@ struct Link {
 };
 
 double sign(double value) { return static_cast<double>(value > 0) - static_cast<double>(value < 0); }
-
-int speeds_of(const Body& body) {
-  if (body.is_free()) return 6;
-  return body.ball >= 0 ? 3 : 1;
-}
 
 }  // namespace
 
@@ -69,7 +64,7 @@ Eigen::VectorXd inverse_dynamics(const Model& model, const SpeedLayout& layout, 
       link.a = acceleration.segment<3>(u) - link.alpha.cross(arm) - link.w.cross(link.w.cross(arm));
       continue;
     }
-    if (body.joint >= 0 && model.joints[body.joint].is_slide()) {
+    if (slides(model, body)) {
       // a point of the parent that carries the origin, plus the motion along the axis
       const Vec3 axis = link.X_WB.q * model.joints[body.joint].axis_B;
       const Vec3 arm = link.X_WB.p - parent.X_WB.p;
@@ -79,7 +74,7 @@ Eigen::VectorXd inverse_dynamics(const Model& model, const SpeedLayout& layout, 
                2 * rate * parent.w.cross(axis) + axis * acceleration[u];
       continue;
     }
-    const Vec3& p_BJ = body.joint >= 0 ? model.joints[body.joint].p_BJ : model.balls[body.ball].p_BJ;
+    const Vec3& p_BJ = anchor_of(model, body);
     if (body.joint >= 0) {
       const Vec3 axis = link.X_WB.q * model.joints[body.joint].axis_B;
       link.alpha = parent.alpha + axis * acceleration[u] + parent.w.cross(axis * state.velocity[body.joint]);

@@ -10,6 +10,7 @@
 
 #include "base/errors.h"
 #include "check/parity/causes.h"
+#include "model/joint.h"
 
 namespace assay::parity {
 namespace {
@@ -25,14 +26,9 @@ std::vector<Element> elements_of(const Bench& bench) {
   std::vector<Element> elements;
   for (size_t b = 0; b < model.bodies.size(); ++b) {
     const Body& body = model.bodies[b];
-    const int first = bench.layout.first[b];
-    if (body.joint >= 0) {
-      elements.push_back({fmt::format("joint '{}'", model.joints[body.joint].name), first, 1});
-    } else if (body.ball >= 0) {
-      elements.push_back({fmt::format("joint '{}'", model.balls[body.ball].name), first, 3});
-    } else {
-      elements.push_back({fmt::format("free body '{}'", body.name), first, 6});
-    }
+    elements.push_back(
+        {body.is_free() ? fmt::format("free body '{}'", body.name) : fmt::format("joint '{}'", joint_name(model, body)),
+         bench.layout.first[b], speeds_of(body)});
   }
   return elements;
 }
@@ -182,7 +178,7 @@ std::vector<Cause> axis_causes(const Bench& bench, const std::vector<Response>& 
   for (const Joint& joint : model.joints) {
     const Body& child = model.bodies[joint.body];
     const bool chained = child.parent != kWorld && model.bodies[child.parent].is_massless();
-    if (joint.is_slide() || child.is_massless() || chained) continue;
+    if (is_slide(joint) || child.is_massless() || chained) continue;
     Vec3 sum = Vec3::Zero();
     double squares = 0;
     int count = 0;
@@ -219,13 +215,13 @@ void add_limit_causes(const Model& model, const std::vector<LimitPlace>& places,
     const Joint& joint = model.joints[place.joint];
     const double range = joint.upper - joint.lower;
     if (!place.found || std::abs(place.place - place.expected) <= kAllowed * range) continue;
-    causes.push_back({.element = fmt::format("joint '{}'", joint.name),
-                      .parameter = place.upper ? "upper limit" : "lower limit",
-                      .seen = fmt::format("{:.5g} {} instead of {:.5g}", place.place, joint.is_slide() ? "m" : "rad",
-                                          place.expected),
-                      .change = (place.place - place.expected) / range,
-                      .effect = 0,
-                      .explains = 1});
+    causes.push_back(
+        {.element = fmt::format("joint '{}'", joint.name),
+         .parameter = place.upper ? "upper limit" : "lower limit",
+         .seen = fmt::format("{:.5g} {} instead of {:.5g}", place.place, units_of(joint).position, place.expected),
+         .change = (place.place - place.expected) / range,
+         .effect = 0,
+         .explains = 1});
   }
 }
 

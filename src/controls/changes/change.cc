@@ -9,6 +9,8 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "controls/changes/joint_number.h"
+#include "model/joint.h"
 
 namespace assay {
 namespace {
@@ -85,8 +87,7 @@ void for_joints(Model& model, const RunChange& change, const Work& work) {
     found = true;
     work(joint);
   };
-  for (Joint& joint : model.joints) take(joint);
-  for (BallJoint& ball : model.balls) take(ball);
+  each_joint(model, take);
   if (!found) no_element(change, model, "joint", names);
 }
 
@@ -104,16 +105,6 @@ void for_bodies(Model& model, const RunChange& change, const Work& work) {
 }
 
 void apply(Model& model, const RunChange& change) {
-  const auto number = [&](auto& joint, auto member) { joint.*member = changed_number(joint.*member, change); };
-  const auto of_joints = [&](double Joint::* one, double BallJoint::* ball) {
-    for_joints(model, change, [&](auto& joint) {
-      if constexpr (requires { joint.*one; }) {
-        number(joint, one);
-      } else {
-        number(joint, ball);
-      }
-    });
-  };
   const auto moves = [&](int shape) { return model.shapes[static_cast<size_t>(shape)].body != kWorld; };
   switch (change.kind) {
     case ChangeKind::kContacts:
@@ -133,20 +124,17 @@ void apply(Model& model, const RunChange& change) {
       }
       return;
     case ChangeKind::kArmature:
-      of_joints(&Joint::armature, &BallJoint::armature);
-      return;
     case ChangeKind::kDamping:
-      of_joints(&Joint::damping, &BallJoint::damping);
-      return;
     case ChangeKind::kStiffness:
-      of_joints(&Joint::stiffness, &BallJoint::stiffness);
-      return;
     case ChangeKind::kDryFriction:
-      of_joints(&Joint::dry_friction, &BallJoint::dry_friction);
+      for_joints(model, change, [&](auto& joint) {
+        double& number = *joint_number(change.kind, joint);
+        number = changed_number(number, change);
+      });
       return;
     case ChangeKind::kMass:
       for_bodies(model, change, [&](Body& body) {
-        if (!body.is_massless()) number(body, &Body::mass);
+        if (!body.is_massless()) body.mass = changed_number(body.mass, change);
       });
       return;
     case ChangeKind::kInertia:

@@ -10,8 +10,10 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "controls/changes/joint_number.h"
 #include "controls/hold.h"
 #include "controls/policy_config.h"
+#include "model/joint.h"
 
 namespace assay {
 namespace {
@@ -156,26 +158,13 @@ class Collector {
   }
   RunChange change_of(ChangeKind kind, const SeenParameter& seen) const {
     double before = 1;
-    const auto joint = [&](double Joint::* one, double BallJoint::* ball) {
-      for (const Joint& each : model_.joints) {
-        if (each.name == seen.element) before = each.*one;
-      }
-      for (const BallJoint& each : model_.balls) {
-        if (each.name == seen.element) before = each.*ball;
-      }
-    };
-    if (kind == ChangeKind::kArmature) joint(&Joint::armature, &BallJoint::armature);
-    if (kind == ChangeKind::kDamping) joint(&Joint::damping, &BallJoint::damping);
-    if (kind == ChangeKind::kStiffness) joint(&Joint::stiffness, &BallJoint::stiffness);
-    if (kind == ChangeKind::kDryFriction) joint(&Joint::dry_friction, &BallJoint::dry_friction);
+    each_joint(model_, [&](const auto& joint) {
+      const double* number = joint_number(kind, joint);
+      if (number != nullptr && joint.name == seen.element) before = *number;
+    });
     const std::string value =
         before == 0 ? fmt::format("+{}", shortest(seen.change)) : shortest(std::max(0.0, 1 + seen.change));
     return {kind, seen.element, before != 0 && 1 + seen.change < 1e-3 ? "off" : value};
-  }
-
-  template <typename Member>
-  bool any_joint(Member has) const {
-    return std::ranges::any_of(model_.joints, has) || std::ranges::any_of(model_.balls, has);
   }
 
   // Off in either, or times a number in A, which is that part of it in B.
@@ -195,15 +184,16 @@ class Collector {
   }
 
   void features() {
-    if (any_joint([](const auto& j) { return j.armature != 0; })) feature(ChangeKind::kArmature, "armature", {});
-    const bool damped = any_joint([](const auto& j) { return j.damping != 0; });
-    const bool sprung = any_joint([](const auto& j) { return j.stiffness != 0; });
+    if (any_joint(model_, [](const auto& j) { return j.armature != 0; }))
+      feature(ChangeKind::kArmature, "armature", {});
+    const bool damped = any_joint(model_, [](const auto& j) { return j.damping != 0; });
+    const bool sprung = any_joint(model_, [](const auto& j) { return j.stiffness != 0; });
     if (damped) feature(ChangeKind::kDamping, "damping", {"0.5", "2"});
     if (sprung) feature(ChangeKind::kStiffness, "stiffness", {"0.5", "2"});
-    if (any_joint([](const auto& j) { return j.dry_friction != 0; })) {
+    if (any_joint(model_, [](const auto& j) { return j.dry_friction != 0; })) {
       feature(ChangeKind::kDryFriction, "dry friction", {"0.5", "2"});
     }
-    if (any_joint([](const auto& j) { return j.limited; })) feature(ChangeKind::kLimits, "limits", {});
+    if (any_joint(model_, [](const auto& j) { return j.limited; })) feature(ChangeKind::kLimits, "limits", {});
   }
 
   // Where no setting does it.

@@ -10,6 +10,7 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "measures/reference/system.h"
+#include "model/joint.h"
 
 namespace assay {
 namespace {
@@ -32,16 +33,11 @@ std::string smooth_obstacle(const Model& model) {
   if (!model.contacts.empty()) {
     return fmt::format("its {} contact pairs make the motion non-smooth", model.contacts.size());
   }
-  for (const Joint& joint : model.joints) {
-    if (joint.dry_friction != 0) {
-      return fmt::format("the dry friction of joint '{}' makes the motion non-smooth", joint.name);
-    }
-  }
-  for (const BallJoint& ball : model.balls) {
-    if (ball.dry_friction != 0) {
-      return fmt::format("the dry friction of ball joint '{}' makes the motion non-smooth", ball.name);
-    }
-  }
+  std::string dry;
+  each_joint(model, [&](const auto& joint) {
+    if (dry.empty() && joint.dry_friction != 0) dry = fmt::format("{} '{}'", noun(joint), joint.name);
+  });
+  if (!dry.empty()) return fmt::format("the dry friction of {} makes the motion non-smooth", dry);
   for (const Tendon& tendon : model.tendons) {
     if (tendon.dry_friction != 0) {
       return fmt::format("the dry friction of tendon '{}' makes the motion non-smooth", tendon.name);

@@ -12,6 +12,7 @@
 #include <Eigen/QR>
 #include <fmt/format.h>
 
+#include "model/joint.h"
 #include "model/kinematics.h"
 
 namespace assay::reference {
@@ -20,12 +21,6 @@ namespace {
 RVec3 wide(const Vec3& v) { return v.cast<Real>(); }
 RQuat wide(const Quat& q) { return RQuat(q.cast<Real>()).normalized(); }
 Vec3 narrow(const RVec3& v) { return v.cast<double>(); }
-
-Part::Kind kind_of(const Model& model, const Body& body) {
-  if (body.is_free()) return Part::Kind::kFree;
-  if (body.ball >= 0) return Part::Kind::kBall;
-  return model.joints[body.joint].is_slide() ? Part::Kind::kSlide : Part::Kind::kHinge;
-}
 
 // As rotation_vector() of model/kinematics.h.
 RVec3 turn_of(const RQuat& rotation) {
@@ -44,14 +39,14 @@ System::System(const Model& model, JointTorques torques)
   // coordinates of all bodies come first; speeds after them
   for (const Body& body : model.bodies) {
     Part part;
-    part.kind = kind_of(model, body);
+    part.type = joint_type(model, body);
     coordinates_ += part.coordinates();
   }
   int coordinate = 0, speed = coordinates_;
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     const Body& body = model.bodies[i];
     Part part;
-    part.kind = kind_of(model, body);
+    part.type = joint_type(model, body);
     part.parent = body.parent;
     part.joint = body.joint;
     part.ball = body.ball;
@@ -73,12 +68,12 @@ System::System(const Model& model, JointTorques torques)
     part.q_PB = wide(body.X_PB.q);
     if (part.joint >= 0) {
       const Joint& joint = model.joints[body.joint];
-      part.p_BJ = wide(joint.p_BJ);
       part.axis_B = wide(joint.axis_B).normalized();
-    } else if (part.ball >= 0) {
-      part.p_BJ = wide(model.balls[part.ball].p_BJ);
     }
-    if (!body.is_free()) part.p_PJ = wide(body.X_PB.p) + part.q_PB * part.p_BJ;
+    if (!body.is_free()) {
+      part.p_BJ = wide(anchor_of(model, body));
+      part.p_PJ = wide(body.X_PB.p) + part.q_PB * part.p_BJ;
+    }
     parts_.push_back(part);
   }
   size_ = speed;
@@ -165,7 +160,7 @@ std::string System::violated_limit(const Flat& y) const {
     if (part.joint >= 0 && model_.joints[part.joint].limited) {
       const Joint& joint = model_.joints[part.joint];
       if (y[part.coordinate] < joint.lower || y[part.coordinate] > joint.upper) {
-        return fmt::format("{} '{}'", joint.is_slide() ? "slide" : "hinge", joint.name);
+        return fmt::format("{} '{}'", type_name(joint), joint.name);
       }
     }
     if (part.ball >= 0 && model_.balls[part.ball].limited) {
@@ -188,7 +183,7 @@ void System::set_kinematics(const Flat& y) {
     const Part& part = parts_[i];
     Moving& m = moving_[i];
     const int speeds = groups_[part.group].speeds;
-    if (part.kind == Part::Kind::kFree) {
+    if (part.type == JointType::kFree) {
       const Real* c = &y[part.coordinate];
       const Real* u = &y[part.speed];
       m.p_cm = RVec3(c[0], c[1], c[2]);
@@ -205,11 +200,11 @@ void System::set_kinematics(const Flat& y) {
     }
     m.angular.setZero(3, speeds);
     m.linear.setZero(3, speeds);
-    if (part.kind == Part::Kind::kBall) {
+    if (part.type == JointType::kBall) {
       move_ball(part, y, m);
       continue;
     }
-    if (part.kind == Part::Kind::kSlide) {
+    if (part.type == JointType::kSlide) {
       move_slide(part, y, m);
       continue;
     }
@@ -536,7 +531,7 @@ void System::project(Flat& y) {
         y[part.coordinate] -= change[first];
         continue;
       }
-      const bool free = part.kind == Part::Kind::kFree;
+      const bool free = part.type == JointType::kFree;
       if (free) {
         for (int k = 0; k < 3; ++k) y[part.coordinate + k] -= change[first + k];
       }

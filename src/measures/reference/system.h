@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "model/joint.h"
 #include "model/model.h"
 
 namespace assay::reference {
@@ -35,8 +36,7 @@ struct Group {
 
 // Constants of one body in extended precision, and the positions of its coordinates in the flat state.
 struct Part {
-  enum class Kind { kFree, kBall, kHinge, kSlide };
-  Kind kind = Kind::kFree;
+  JointType type = JointType::kFree;
   int parent = kWorld;  // index into the system's parts
   int group = 0;
   int coordinate = 0;  // hinge, slide: position; ball: relative quaternion w x y z (4); free: centre of mass (3),
@@ -51,10 +51,7 @@ struct Part {
   RMat3 inertia_B;
 
   int coordinates() const { return speeds() == 1 ? 1 : speeds() + 1; }  // rotations as quaternions
-  int speeds() const {
-    if (kind == Kind::kFree) return 6;
-    return kind == Kind::kBall ? 3 : 1;
-  }
+  int speeds() const { return speeds_of(type); }
 };
 
 // Quantities of one body while the equations are set up.

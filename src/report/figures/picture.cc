@@ -39,10 +39,10 @@ size_t picture(Canvas& canvas, const Box& box, const Scene& scene, const std::ve
     Color color;
   };
   std::vector<Stroke> strokes;
-  for (const SceneShape& shape : scene.shapes) {
-    if (shape.type == ShapeType::kPlane || shape.type == ShapeType::kHeightField) continue;
+  for (const Shape& shape : scene.shapes) {
+    if (is_ground(shape)) continue;
     const Pose pose = (shape.body == kWorld ? Pose() : poses[static_cast<size_t>(shape.body)]) * shape.X_BS;
-    const Rod rod = rod_of(scene, shape);
+    const Rod rod = rod_of(shape, data_of(scene, shape));
     const Vec3 a = pose * rod.a, b = pose * rod.b;
     strokes.push_back({back.dot(a + b),
                        {right.dot(a), -up.dot(a)},

@@ -28,7 +28,7 @@ struct Free {
 std::string numbers_text(const Vec3& v) { return fmt::format("{:.9g} {:.9g} {:.9g}", v.x(), v.y(), v.z()); }
 
 // The part of a geom that says its shape.
-std::string size_xml(const SceneShape& shape) {
+std::string size_xml(const Shape& shape) {
   const auto geom = [](const char* type, const std::string& size) {
     return fmt::format("type='{}' size='{}'", type, size);
   };
@@ -53,7 +53,7 @@ std::string size_xml(const SceneShape& shape) {
   return "";
 }
 
-std::string geom_xml(const Scene& scene, const SceneShape& shape) {
+std::string geom_xml(const Scene& scene, const Shape& shape) {
   const Quat& q = shape.X_BS.q;
   Vec3 p = shape.X_BS.p;
   if (shape.type == ShapeType::kHeightField) {
@@ -109,12 +109,12 @@ std::string scene_xml(const Scene& scene, const View& view, int width, int heigh
       "specular='.2 .2 .2' castshadow='true'/>",
       numbers_text(view.centre), view.radius, width, height, kFieldOfView, grey, grey, data_xml(scene),
       numbers_text(view.centre + Vec3(-0.6, -0.9, 3) * view.radius));
-  for (const SceneShape& shape : scene.shapes) {
+  for (const Shape& shape : scene.shapes) {
     if (shape.body == kWorld) xml += geom_xml(scene, shape);
   }
   for (size_t i = 0; i < scene.bodies.size(); ++i) {
     xml += "<body mocap='true'>";
-    for (const SceneShape& shape : scene.shapes) {
+    for (const Shape& shape : scene.shapes) {
       if (std::cmp_equal(shape.body, i)) xml += geom_xml(scene, shape);
     }
     xml += "</body>";
@@ -141,10 +141,10 @@ double median(std::vector<double> values) {
 View view_of(const Scene& scene, const std::vector<const std::vector<State>*>& runs) {
   // For each body the reach of its shapes from its centre of mass.
   std::vector<double> reach(scene.bodies.size(), 0);
-  for (const SceneShape& shape : scene.shapes) {
+  for (const Shape& shape : scene.shapes) {
     if (shape.body == kWorld) continue;
     const auto body = static_cast<size_t>(shape.body);
-    const double far = (shape.X_BS.p - scene.bodies[body].p_BBcm).norm() + reach_of(scene, shape);
+    const double far = (shape.X_BS.p - scene.bodies[body].p_BBcm).norm() + largest_reach(shape, data_of(scene, shape));
     reach[body] = std::max(reach[body], far);
   }
   std::array<std::vector<double>, 3> lower, upper;

@@ -11,14 +11,12 @@
 
 #include "base/errors.h"
 #include "base/json.h"
+#include "model/joint.h"
 
 namespace assay {
 namespace {
 
 using nlohmann::json;
-
-constexpr std::array<std::string_view, 8> kShapes = {"sphere",   "capsule",   "plane", "box",
-                                                     "cylinder", "ellipsoid", "hull",  "height_field"};
 
 constexpr int kMostCorners = 96;    // of a hull
 constexpr int kMostSamples = 65;    // of a height field, along each side
@@ -41,25 +39,21 @@ Vec3 direction(int index, int count) {
   return {r * std::cos(turn), r * std::sin(turn), z};
 }
 
-struct Bounds {
-  Vec3 low = Vec3::Zero(), high = Vec3::Zero();
-
-  Vec3 extent() const { return high - low; }
-};
-Bounds bounds_of(const SceneHull& corners) {
-  if (corners.empty()) return {};
-  Bounds bounds{corners.front(), corners.front()};
+// Edges of the box around the corners.
+Vec3 extent_of(const SceneHull& corners) {
+  if (corners.empty()) return Vec3::Zero();
+  Vec3 low = corners.front(), high = low;
   for (const Vec3& corner : corners) {
-    bounds.low = bounds.low.cwiseMin(corner);
-    bounds.high = bounds.high.cwiseMax(corner);
+    low = low.cwiseMin(corner);
+    high = high.cwiseMax(corner);
   }
-  return bounds;
+  return high - low;
 }
 
 SceneHull corners_of(const Hull& hull) {
   if (hull.vertices.size() <= kMostCorners) return hull.vertices;
   // a flat hull has as many corners drawn as one that is not
-  const Vec3 extent = bounds_of(hull.vertices).extent().cwiseMax(1e-9);
+  const Vec3 extent = extent_of(hull.vertices).cwiseMax(1e-9);
   std::vector<bool> kept(hull.vertices.size(), false);
   for (int i = 0; i < kMostCorners; ++i) {
     const Vec3 along = direction(i, kMostCorners).cwiseQuotient(extent);
@@ -99,7 +93,7 @@ HeightField drawn_field(const HeightField& field) {
 // Lengths as whole numbers of a step that suits their size.
 double step_for(double size) { return size > 0 ? std::min(kCoarsest, kRelative * size) : kCoarsest; }
 json to_json(const SceneHull& corners) {
-  const double step = step_for(bounds_of(corners).extent().minCoeff());
+  const double step = step_for(extent_of(corners).minCoeff());
   json numbers = json::array();
   for (const Vec3& corner : corners) {
     for (const double x : corner) numbers.push_back(std::llround(x / step));
@@ -141,22 +135,11 @@ HeightField field_of(const json& parsed) {
   return field;
 }
 
-bool has_half_size(ShapeType type) { return type == ShapeType::kBox || type == ShapeType::kEllipsoid; }
-bool has_data(ShapeType type) { return type == ShapeType::kHull || type == ShapeType::kHeightField; }
-
-Vec3 anchor_of(const Model& model, const Body& body) {
-  if (body.is_free()) return body.p_BBcm;
-  return body.ball >= 0 ? model.balls[static_cast<size_t>(body.ball)].p_BJ
-                        : model.joints[static_cast<size_t>(body.joint)].p_BJ;
-}
-
 // A colour to four digits: as many as a picture can show.
 double colour(float value) { return std::round(1e4 * static_cast<double>(value)) / 1e4; }
 
 ShapeType shape_type(const std::string& name) {
-  for (size_t i = 0; i < kShapes.size(); ++i) {
-    if (kShapes[i] == name) return static_cast<ShapeType>(i);
-  }
+  if (const auto type = shape_named(name)) return *type;
   throw InputError(fmt::format("the results have a shape of the unknown type '{}': they are another version's", name));
 }
 
@@ -180,10 +163,7 @@ Scene scene_of(const Model& model) {
     added.X_WB = scene_pose(added, model.initial.bodies[i]);
   }
   for (const Joint& joint : model.joints) scene.joints.push_back(joint.name);
-  for (const Shape& shape : model.shapes) {
-    scene.shapes.push_back(
-        {shape.type, shape.body, shape.X_BS, shape.radius, shape.half_length, shape.rgba, shape.half_size, shape.data});
-  }
+  scene.shapes = model.shapes;
   for (const Hull& hull : model.hulls) scene.hulls.push_back(corners_of(hull));
   for (const HeightField& field : model.height_fields) scene.height_fields.push_back(drawn_field(field));
   return scene;
@@ -198,9 +178,9 @@ std::string scene_text(const Scene& scene) {
                       {"anchor", to_json(body.anchor_B)},
                       {"start", {{"p", to_json(body.X_WB.p)}, {"q", to_json(body.X_WB.q)}}}});
   }
-  for (const SceneShape& shape : scene.shapes) {
+  for (const Shape& shape : scene.shapes) {
     json added = {
-        {"type", kShapes.at(static_cast<size_t>(shape.type))},
+        {"type", shape_name(shape.type)},
         {"body", shape.body},
         {"p", to_json(shape.X_BS.p)},
         {"q", to_json(shape.X_BS.q)},
@@ -242,7 +222,7 @@ Scene parse_scene(const std::string& text) {
       for (const json& field : parsed.at("height_fields")) scene.height_fields.push_back(field_of(field));
     }
     for (const json& shape : parsed.at("shapes")) {
-      SceneShape& added = scene.shapes.emplace_back();
+      Shape& added = scene.shapes.emplace_back();
       added.type = shape_type(shape.at("type"));
       added.body = body_index(shape.at("body"), bodies.size());
       added.X_BS = pose_of(shape);
@@ -255,7 +235,7 @@ Scene parse_scene(const std::string& text) {
       const size_t there = added.type == ShapeType::kHull ? scene.hulls.size() : scene.height_fields.size();
       if (added.data < 0 || std::cmp_greater_equal(added.data, there)) {
         throw InputError(fmt::format("the results have a {} of number {}, of which there are {}",
-                                     kShapes.at(static_cast<size_t>(added.type)), added.data, there));
+                                     shape_name(added.type), added.data, there));
       }
     }
     const json& control = parsed.at("control");
@@ -274,63 +254,11 @@ Scene parse_scene(const std::string& text) {
   }
 }
 
-Rod rod_of(const Scene& scene, const SceneShape& shape) {
-  Bounds bounds;
-  switch (shape.type) {
-    case ShapeType::kSphere:
-    case ShapeType::kPlane:
-      return {.radius = shape.radius};
-    case ShapeType::kCapsule:
-      return {Vec3(0, 0, -shape.half_length), Vec3(0, 0, shape.half_length), shape.radius};
-    case ShapeType::kCylinder:
-      bounds.high = {shape.radius, shape.radius, shape.half_length};
-      bounds.low = -bounds.high;
-      break;
-    case ShapeType::kBox:
-    case ShapeType::kEllipsoid:
-      bounds = {-shape.half_size, shape.half_size};
-      break;
-    case ShapeType::kHull:
-      bounds = bounds_of(scene.hulls[static_cast<size_t>(shape.data)]);
-      break;
-    case ShapeType::kHeightField: {
-      const HeightField& field = scene.height_fields[static_cast<size_t>(shape.data)];
-      bounds = {Vec3(-field.half_x, -field.half_y, -field.base),
-                Vec3(field.half_x, field.half_y, std::ranges::max(field.heights))};
-      break;
-    }
-  }
-  const Vec3 half = bounds.extent() / 2, centre = bounds.low + half;
-  Eigen::Index longest = 0;
-  half.maxCoeff(&longest);
-  const double radius = (half[(longest + 1) % 3] + half[(longest + 2) % 3]) / 2;
-  const Vec3 end = Vec3::Unit(longest) * (half[longest] - radius);
-  return {centre - end, centre + end, radius};
-}
-
-double reach_of(const Scene& scene, const SceneShape& shape) {
-  switch (shape.type) {
-    case ShapeType::kBox:
-      return shape.half_size.norm();
-    case ShapeType::kEllipsoid:
-      return shape.half_size.maxCoeff();
-    case ShapeType::kHull: {
-      double reach = 0;
-      for (const Vec3& corner : scene.hulls[static_cast<size_t>(shape.data)]) reach = std::max(reach, corner.norm());
-      return reach;
-    }
-    case ShapeType::kHeightField: {
-      const HeightField& field = scene.height_fields[static_cast<size_t>(shape.data)];
-      return Vec3(field.half_x, field.half_y, std::max(field.base, std::ranges::max(field.heights))).norm();
-    }
-    case ShapeType::kCylinder:
-      return std::hypot(shape.radius, shape.half_length);
-    case ShapeType::kSphere:
-    case ShapeType::kCapsule:
-    case ShapeType::kPlane:
-      break;
-  }
-  return shape.radius + shape.half_length;
+ShapeData data_of(const Scene& scene, const Shape& shape) {
+  const auto index = static_cast<size_t>(shape.data);
+  if (shape.type == ShapeType::kHull) return {.corners = scene.hulls[index]};
+  if (shape.type == ShapeType::kHeightField) return {.field = &scene.height_fields[index]};
+  return {};
 }
 
 Pose scene_pose(const SceneBody& body, const BodyState& state) {

@@ -8,6 +8,7 @@
 
 #include "controls/control.h"
 #include "model/model.h"
+#include "model/shape.h"
 
 namespace assay {
 
@@ -19,23 +20,13 @@ struct SceneBody {
   Pose X_WB;                     // of the body frame where the run starts
 };
 
-struct SceneShape {
-  ShapeType type = ShapeType::kSphere;
-  int body = kWorld;  // index into Scene::bodies, or kWorld
-  Pose X_BS;          // in the body frame (world frame for static shapes); model.h says how shapes lie in it
-  double radius = 0, half_length = 0;  // m
-  std::array<float, 4> rgba = {0.5f, 0.5f, 0.5f, 1.0f};
-  Vec3 half_size = Vec3::Zero();  // m; box, ellipsoid
-  int data = -1;                  // hull: index into Scene::hulls; height field: into Scene::height_fields
-};
-
 // The corners of a hull, m, in the shape frame.
 using SceneHull = std::vector<Vec3>;
 
 struct Scene {
   std::vector<SceneBody> bodies;    // in the order of the states' bodies
   std::vector<std::string> joints;  // hinges and slides
-  std::vector<SceneShape> shapes;
+  std::vector<Shape> shapes;        // `data` counts in the scene
   std::vector<SceneHull> hulls;
   std::vector<HeightField> height_fields;
   ControlSpec control;  // of the run
@@ -56,16 +47,8 @@ std::string scene_text(const Scene& scene);
 // Throws InputError for a text that is not such a scene.
 Scene parse_scene(const std::string& text);
 
-// The capsule along a shape's longest axis that stands for it in small pictures: its ends in the shape frame and its
-// radius, m.
-struct Rod {
-  Vec3 a = Vec3::Zero(), b = Vec3::Zero();
-  double radius = 0;
-};
-Rod rod_of(const Scene& scene, const SceneShape& shape);
-
-// The largest distance of a shape's points from the origin of its frame, m; 0 for a plane.
-double reach_of(const Scene& scene, const SceneShape& shape);
+// What Shape::data names in the scene.
+ShapeData data_of(const Scene& scene, const Shape& shape);
 
 // The body frame's pose in the world from the state's centre of mass.
 Pose scene_pose(const SceneBody& body, const BodyState& state);

@@ -16,7 +16,7 @@
 #include "controls/policy_config.h"
 #include "measures/initial_states.h"
 #include "measures/reference/smooth.h"
-#include "model/extent.h"
+#include "model/shape.h"
 #include "model/variant.h"
 #include "run/search/stance.h"
 

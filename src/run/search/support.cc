@@ -13,8 +13,9 @@
 #include <fmt/format.h>
 
 #include "load/start.h"
-#include "model/extent.h"
+#include "model/joint.h"
 #include "model/kinematics.h"
+#include "model/shape.h"
 
 namespace assay {
 namespace {
@@ -98,10 +99,8 @@ class Support {
 
  private:
   bool turns_freely(int b) const {
-    const Body& body = model_.bodies[static_cast<size_t>(b)];
-    if (body.joint < 0) return false;
-    const Joint& joint = model_.joints[static_cast<size_t>(body.joint)];
-    return !joint.is_slide() && (!joint.limited || joint.upper - joint.lower >= 4 * std::numbers::pi);
+    const Joint* hinge = hinge_of(model_, model_.bodies[static_cast<size_t>(b)]);
+    return hinge != nullptr && (!hinge->limited || hinge->upper - hinge->lower >= 4 * std::numbers::pi);
   }
   Vec3 axis_of(int b) const {
     return joint_frames(model_, model_.initial, model_.bodies[static_cast<size_t>(b)].joint).axis_W_child;
@@ -135,12 +134,9 @@ class Support {
       limb.names += lower_case(body.name) + " ";
       limb.mass += body.mass;
       limb.lowest = std::min(limb.lowest, lowest_[static_cast<size_t>(b)]);
-      limb.joints += body.ball >= 0 ? 3 : 1;
-      if (body.joint >= 0) {
-        const Joint& joint = model_.joints[static_cast<size_t>(body.joint)];
-        limb.names += lower_case(joint.name) + " ";
-        limb.slides = limb.slides || joint.is_slide();
-      }
+      limb.joints += speeds_of(body);
+      if (body.joint >= 0) limb.names += lower_case(joint_name(model_, body)) + " ";
+      limb.slides = limb.slides || slides(model_, body);
       if (const auto found = children_.find(b); found != children_.end()) {
         rest.insert(rest.end(), found->second.begin(), found->second.end());
       }

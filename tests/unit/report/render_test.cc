@@ -22,7 +22,7 @@ constexpr int kWidth = 320, kHeight = 240;
 Scene ball() {
   Scene scene;
   scene.bodies.emplace_back().name = "ball";
-  SceneShape& shape = scene.shapes.emplace_back();
+  Shape& shape = scene.shapes.emplace_back();
   shape.body = 0;
   shape.radius = 0.5;
   shape.rgba = {1, 0, 0, 1};
@@ -93,7 +93,7 @@ TEST_F(RenderTest, ABallHasItsProjectedSizeAndPlace) {
 TEST_F(RenderTest, EveryShapeHasItsProjectedSizeAndPlace) {
   const View view{.centre = Vec3::Zero(), .radius = 3, .azimuth = 90, .elevation = 0};
   const State here = ball_at({0.4, 0, 0.2});
-  const auto drawn = [&](const SceneShape& shape) {
+  const auto drawn = [&](const Shape& shape) {
     Scene scene = ball();
     scene.shapes[0] = shape;
     scene.shapes[0].rgba = {1, 0, 0, 1};
@@ -111,7 +111,7 @@ TEST_F(RenderTest, EveryShapeHasItsProjectedSizeAndPlace) {
     Renderer renderer(scene, view, kWidth, kHeight);
     return blob(renderer.draw({{.state = &here, .text = ""}}));
   };
-  SceneShape box, hull, field, cylinder, ellipsoid, sphere;
+  Shape box, hull, field, cylinder, ellipsoid, sphere;
   box.type = ShapeType::kBox;
   box.half_size = {0.3, 0.15, 0.3};
   hull.type = ShapeType::kHull;
@@ -124,7 +124,7 @@ TEST_F(RenderTest, EveryShapeHasItsProjectedSizeAndPlace) {
   cylinder.radius = cylinder.half_length = 0.3;
   const Blob square = drawn(box);
   EXPECT_GT(square.pixels, 500);
-  for (const SceneShape& shape : {hull, field, cylinder}) {
+  for (const Shape& shape : {hull, field, cylinder}) {
     const Blob other = drawn(shape);
     EXPECT_NEAR(other.pixels, square.pixels, 0.08 * square.pixels) << static_cast<int>(shape.type);
     EXPECT_NEAR(other.x, square.x, 1.5);

@@ -187,7 +187,7 @@ TEST_F(DetailsTest, FigureFiveShowsWhereTheLargestSystemEndedIfThatIsKept) {
     SceneBody& body = scene.bodies.emplace_back();
     body.name = "ball" + std::to_string(i);
     body.X_WB.p = Vec3(x, y, 1);
-    SceneShape& shape = scene.shapes.emplace_back();
+    Shape& shape = scene.shapes.emplace_back();
     shape.body = static_cast<int>(i);
     shape.radius = 0.1;
     shape.rgba = {1, 0, 0, 1};

@@ -147,10 +147,10 @@ TEST(Scene, ThinsLargeHullsAndFields) {
 
 TEST(Scene, RodsStandForShapes) {
   const Scene scene = scene_of(model_of_all());
-  const Rod cylinder = rod_of(scene, scene.shapes[1]);
+  const Rod cylinder = rod_of(scene.shapes[1], data_of(scene, scene.shapes[1]));
   EXPECT_NEAR(cylinder.b.z() + cylinder.radius, 0.4, 1e-12);
-  EXPECT_NEAR(reach_of(scene, scene.shapes[0]), Vec3(0.1, 0.2, 0.3).norm(), 1e-12);
-  EXPECT_NEAR(reach_of(scene, scene.shapes[3]), 0.4, 1e-12);
+  EXPECT_NEAR(largest_reach(scene.shapes[0], data_of(scene, scene.shapes[0])), Vec3(0.1, 0.2, 0.3).norm(), 1e-12);
+  EXPECT_NEAR(largest_reach(scene.shapes[3], data_of(scene, scene.shapes[3])), 0.4, 1e-12);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "load/urdf_values.h"
+#include "load/urdf/values.h"
 
 #include <cmath>
 #include <sstream>

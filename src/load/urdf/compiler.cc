@@ -1,4 +1,4 @@
-#include "load/urdf_compiler.h"
+#include "load/urdf/compiler.h"
 
 #include <array>
 #include <set>
@@ -11,7 +11,7 @@
 #include "base/text.h"
 #include "load/mujoco_messages.h"
 #include "load/spec_text.h"
-#include "load/urdf_values.h"
+#include "load/urdf/values.h"
 
 namespace assay {
 namespace {
