@@ -6,7 +6,7 @@
 #include "base/paths.h"
 #include "base/quantity.h"
 #include "cli/cli.h"
-#include "cli/facts.h"
+#include "engines/facts.h"
 #include "load/mjcf.h"
 
 namespace assay::cli {
