@@ -15,10 +15,10 @@ void Answer::table(std::vector<std::string> headings, std::vector<std::vector<st
 void Answer::print() const {
   for (const Part& part : parts_) {
     const bool first = &part == &parts_.front();
-    if (!first) cli::print("\n");
-    cli::print(paragraph(heading(part.heading) + (first ? "" : ":"), 2));
-    for (const std::string& text : part.lines) cli::print(paragraph("  " + text, 4));
-    if (!part.columns.empty()) cli::print(cli::table(part.columns, part.rows, part.right));
+    if (!first) assay::print("\n");
+    assay::print(paragraph(heading(part.heading) + (first ? "" : ":"), 2));
+    for (const std::string& text : part.lines) assay::print(paragraph("  " + text, 4));
+    if (!part.columns.empty()) assay::print(assay::table(part.columns, part.rows, part.right));
   }
 }
 

@@ -10,8 +10,9 @@
 #include "base/paths.h"
 #include "base/text.h"
 #include "campaign/shards.h"
-#include "cli/contained.h"
+#include "engines/engine_files.h"
 #include "isolate/activity.h"
+#include "isolate/contained.h"
 #include "report/figures.h"
 #include "report/report.h"
 #include "results/store/facts.h"
@@ -181,17 +182,20 @@ RunOptions run_options(const RunRequest& request) {
 }
 
 void rehearse_campaign(const std::string& campaign) {
-  rehearse(fmt::format("reading the campaign '{}'", campaign), [&] {
-    const Campaign read = load_campaign(find_campaign(campaign));
-    for (const CampaignContender& contender : read.contenders) {
-      const Activity asking(fmt::format("asking {} what it can do", contender.resolved.name));
-      if (contender.absent.empty()) static_cast<void>(contender_row(contender));
-    }
-    for (const CampaignSystem& system : read.systems) {
-      const Activity trying(fmt::format("trying the control of '{}'", system.name));
-      make_control(system.model, system.control)->rehearse();
-    }
-  });
+  rehearse(
+      fmt::format("reading the campaign '{}'", campaign),
+      [&] {
+        const Campaign read = load_campaign(find_campaign(campaign));
+        for (const CampaignContender& contender : read.contenders) {
+          const Activity asking(fmt::format("asking {} what it can do", contender.resolved.name));
+          if (contender.absent.empty()) static_cast<void>(contender_row(contender));
+        }
+        for (const CampaignSystem& system : read.systems) {
+          const Activity trying(fmt::format("trying the control of '{}'", system.name));
+          make_control(system.model, system.control)->rehearse();
+        }
+      },
+      model_caches());
 }
 
 bool run_and_summarize(const RunRequest& request) {

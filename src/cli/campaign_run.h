@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "cli/cli.h"
-#include "cli/parts.h"
 #include "report/report.h"
 #include "results/store/store.h"
+#include "run/cluster/parts.h"
 #include "run/coordinator/run.h"
 
 namespace assay::cli {
@@ -56,7 +56,7 @@ std::string verdicts_dir(const std::optional<std::string>& references);
 RunOptions run_options(const RunRequest& request);
 
 // Reads the campaign's file, its models, and what its contenders say of them, in a process of its own
-// (cli/contained.h): throws InputError for what the program itself would not survive.
+// (isolate/contained.h): throws InputError for what the program itself would not survive.
 void rehearse_campaign(const std::string& campaign);
 
 // Runs the campaign and prints a summary. True when it is complete, false when it was interrupted or could

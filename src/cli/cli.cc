@@ -1,10 +1,5 @@
 #include "cli/cli.h"
 
-#include <csignal>
-#include <cstdint>
-#include <ctime>
-#include <new>
-
 #include <fmt/format.h>
 
 #include "base/errors.h"
@@ -12,30 +7,6 @@
 #include "cli/help.h"
 
 namespace assay::cli {
-namespace {
-
-volatile std::sig_atomic_t interruption = 0;
-volatile bool second_ends = false;
-volatile std::int64_t interrupted_at_ms = 0;
-
-// A signal to a whole process group comes twice: to this process, and from the parent that passes its own on.
-constexpr std::int64_t kTwinMs = 200;
-
-void note_interruption(int signal) {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  const std::int64_t now_ms = 1000 * static_cast<std::int64_t>(now.tv_sec) + now.tv_nsec / 1'000'000;
-  if (interruption != 0 && second_ends && now_ms - interrupted_at_ms > kTwinMs) {
-    std::signal(signal, SIG_DFL);
-    std::raise(signal);
-    return;
-  }
-  if (interruption == 0) interrupted_at_ms = now_ms;
-  interruption = 1;
-}
-
-}  // namespace
-
 CLI::App* add_command(CLI::App& app, const std::string& name, const std::string& summary, const Examples& examples) {
   CLI::App* command = app.add_subcommand(name, summary);
   command->footer(examples_text(examples));
@@ -76,34 +47,5 @@ std::map<std::string, std::string> parse_settings(const std::vector<std::string>
   }
   return settings;
 }
-
-int guarded(const std::function<int()>& work) {
-  try {
-    return work();
-  } catch (const InputError& error) {
-    message(error.what());
-    return kWrongInput;
-  } catch (const std::bad_alloc&) {
-    message("out of memory: use a smaller model or fewer jobs");
-    return kFailed;
-  } catch (const std::exception& error) {
-    message(error.what());
-    return kFailed;
-  } catch (...) {
-    message("an engine threw an exception that is not a std::exception");
-    return kFailed;
-  }
-}
-
-void watch_for_interruption(bool once) {
-  struct sigaction action = {};
-  action.sa_handler = note_interruption;
-  sigemptyset(&action.sa_mask);
-  second_ends = once;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-}
-
-bool interrupted() { return interruption != 0; }
 
 }  // namespace assay::cli

@@ -1,5 +1,5 @@
-// What the subcommands share: how each is registered, how options are read, and how a failure becomes a status. What
-// they print goes through cli/terminal.h.
+// What the subcommands share: how each is registered and how options are read. What they print goes through
+// base/console.h.
 #pragma once
 
 #include <functional>
@@ -11,14 +11,13 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 
-#include "cli/terminal.h"
+#include "base/console.h"
+#include "base/exit_status.h"
+#include "isolate/interruption.h"
 
 namespace assay::cli {
 
-// Ends the program: 0 done, 1 failed, 2 wrong usage or input.
-inline constexpr int kDone = 0;
-inline constexpr int kFailed = 1;
-inline constexpr int kWrongInput = 2;
+using exits::kDone, exits::kFailed, exits::kWrongInput;
 
 // What the chosen subcommand does; its result is the program's status. InputError, SystemError and EngineError may
 // leave it.
@@ -66,15 +65,5 @@ bool parse_switch(const std::string& option, const std::string& text);
 
 // "key=value" texts into a map; a key twice is an error.
 std::map<std::string, std::string> parse_settings(const std::vector<std::string>& texts);
-
-// The status of `work`, or of what it throws, with its message printed.
-int guarded(const std::function<int()>& work);
-
-// ---- interruption ---------------------------------------------------------------------------------------------------
-
-// From now on SIGINT and SIGTERM only set the flag that interrupted() returns; with `once`, a second one
-// that comes later than the same signal sent to the whole process group ends the program.
-void watch_for_interruption(bool once = true);
-bool interrupted();
 
 }  // namespace assay::cli

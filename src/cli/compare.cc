@@ -8,10 +8,10 @@
 
 #include "base/errors.h"
 #include "base/json.h"
+#include "base/output_file.h"
 #include "base/text.h"
 #include "cli/cli.h"
 #include "cli/compare.h"
-#include "cli/output_file.h"
 #include "results/compare/history.h"
 
 namespace assay::cli {

@@ -5,11 +5,11 @@
 #include <fmt/ranges.h>
 
 #include "cli/cli.h"
-#include "cli/facts.h"
-#include "cli/features.h"
 #include "engines/binary_facts.h"
 #include "engines/builds.h"
 #include "engines/describe.h"
+#include "engines/facts.h"
+#include "engines/feature_table.h"
 #include "engines/registry.h"
 
 namespace assay::cli {

@@ -16,12 +16,12 @@
 #include "base/text.h"
 #include "check/parity/certificate.h"
 #include "cli/answer.h"
-#include "cli/child.h"
 #include "cli/cli.h"
-#include "cli/contained.h"
 #include "cli/explain_question.h"
 #include "engines/engine_files.h"
 #include "explain/runs.h"
+#include "isolate/guarded_child.h"
+#include "isolate/contained.h"
 #include "isolate/processes.h"
 #include "isolate/sandbox.h"
 
@@ -172,7 +172,7 @@ void add_verdict(const ExplainQuestion& question, const Explanation& found, doub
   }
 }
 
-void add_parity(const Json& certificates, Answer& answer) {
+void add_certificates(const Json& certificates, Answer& answer) {
   if (certificates.empty()) return;
   answer.part("The robot in each (assay parity)");
   for (size_t i = 0; i < certificates.size(); ++i) {
@@ -341,10 +341,13 @@ bool same_robot(const Side& a, const Side& b) {
 }
 
 int run_explain(const ExplainRequest& request) {
-  rehearse(fmt::format("reading '{}'", request.model.model), [&] {
-    const ExplainQuestion question = explain_question(request);
-    question.control->rehearse();
-  });
+  rehearse(
+      fmt::format("reading '{}'", request.model.model),
+      [&] {
+        const ExplainQuestion question = explain_question(request);
+        question.control->rehearse();
+      },
+      model_caches());
   const ExplainQuestion question = explain_question(request);
   tell_notes(question.model);
   const Pairing pairing = question.pairing();
@@ -417,7 +420,7 @@ int run_explain(const ExplainRequest& request) {
     if (!early.empty()) answer.line(fmt::format("Runs of {} ended early: {}", side, early));
   }
   if (const std::string falls = falls_text(found.fall_rate_a, found.fall_rate_b); !falls.empty()) answer.line(falls);
-  add_parity(certificates, answer);
+  add_certificates(certificates, answer);
   add_swaps(found, answer);
   if (!swaps.not_possible.empty()) {
     answer.part("Not possible to swap");

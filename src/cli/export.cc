@@ -5,13 +5,13 @@
 
 #include <fmt/format.h>
 
+#include "base/csv.h"
 #include "base/errors.h"
 #include "base/json.h"
+#include "base/output_file.h"
 #include "base/text.h"
 #include "cli/cli.h"
-#include "cli/csv.h"
-#include "cli/export_trajectories.h"
-#include "cli/output_file.h"
+#include "results/export/trajectories.h"
 #include "results/results.h"
 #include "results/soundness.h"
 #include "results/store/facts.h"

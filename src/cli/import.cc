@@ -9,10 +9,10 @@
 
 #include "base/errors.h"
 #include "base/input_file.h"
+#include "base/output_file.h"
 #include "base/text.h"
 #include "cli/cli.h"
 #include "cli/model_options.h"
-#include "cli/output_file.h"
 #include "controls/csv_line.h"
 #include "controls/isaac_env.h"
 #include "controls/onnx_network.h"

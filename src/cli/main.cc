@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <fcntl.h>
 #include <filesystem>
+#include <iterator>
 #include <memory>
 #include <new>
 #include <optional>
@@ -17,13 +18,14 @@
 
 #include "base/build_info.h"
 #include "base/errors.h"
+#include "base/output_file.h"
 #include "base/text.h"
 #include "cli/campaign_run.h"
 #include "cli/cli.h"
-#include "cli/contained.h"
 #include "cli/help.h"
-#include "cli/output_file.h"
-#include "run/coordinator/process.h"
+#include "engines/engine_files.h"
+#include "isolate/contained.h"
+#include "isolate/limits.h"
 #include "run/worker/worker.h"
 
 namespace assay::cli {
@@ -233,7 +235,10 @@ int run(int argc, char** argv) {
   constexpr std::array<std::string_view, 8> kContained = {"engines",     "systems", "check",    "parity",
                                                           "conformance", "import",  "snapshot", "movie"};
   const bool is_contained = std::ranges::find(kContained, command.get_name()) != kContained.end();
-  return is_contained ? contained(action, writable_of(command)) : action();
+  if (!is_contained) return action();
+  auto writable = writable_of(command);
+  if (writable) std::ranges::move(model_caches(), std::back_inserter(*writable));
+  return contained(action, writable);
 }
 
 // Numbers 0 to 2 that the starter has closed would go to the next files that are opened: what is printed would go into
@@ -256,9 +261,9 @@ int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_DFL);
   // a limit of file sizes is a full disk to us: an error of the write, not the end
   std::signal(SIGXFSZ, SIG_IGN);
-  return assay::cli::guarded([&] {
+  return assay::guarded([&] {
     const int status = assay::cli::run(argc, argv);
-    assay::cli::flush_output();
+    assay::flush_output();
     return status;
   });
 }

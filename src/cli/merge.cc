@@ -6,8 +6,8 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "cli/cli.h"
-#include "cli/parts.h"
 #include "results/store/store.h"
+#include "run/cluster/parts.h"
 #include "run/coordinator/ratios.h"
 #include "run/coordinator/run.h"
 

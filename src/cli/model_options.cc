@@ -6,10 +6,10 @@
 
 #include <fmt/format.h>
 
+#include "base/console.h"
 #include "base/errors.h"
 #include "base/external_files.h"
 #include "base/paths.h"
-#include "cli/terminal.h"
 #include "load/mjcf.h"
 
 namespace assay::cli {

@@ -9,9 +9,9 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/output_file.h"
 #include "base/text.h"
 #include "cli/cli.h"
-#include "cli/output_file.h"
 #include "cli/pictures.h"
 #include "report/render/encoder.h"
 #include "results/line_up.h"

@@ -8,8 +8,8 @@
 #include "base/text.h"
 #include "cli/campaign_run.h"
 #include "cli/cli.h"
-#include "cli/obtain.h"
 #include "results/claims/claims.h"
+#include "run/coordinator/set_up.h"
 
 namespace assay::cli {
 namespace {

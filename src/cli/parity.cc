@@ -9,14 +9,14 @@
 
 #include "base/errors.h"
 #include "base/json.h"
+#include "base/output_file.h"
 #include "base/quantity.h"
 #include "base/text.h"
 #include "base/write_file.h"
 #include "check/parity/certificate.h"
-#include "cli/child.h"
 #include "cli/cli.h"
 #include "cli/model_options.h"
-#include "cli/output_file.h"
+#include "isolate/guarded_child.h"
 #include "isolate/processes.h"
 
 namespace assay::cli {

@@ -10,13 +10,14 @@
 #include "campaign/campaign.h"
 #include "cli/campaign_run.h"
 #include "cli/cli.h"
-#include "cli/contained.h"
-#include "cli/obtain.h"
 #include "cli/run_robot.h"
 #include "engines/batch.h"
+#include "engines/engine_files.h"
 #include "engines/registry.h"
 #include "isolate/activity.h"
+#include "isolate/contained.h"
 #include "load/mjcf.h"
+#include "run/coordinator/set_up.h"
 
 namespace assay::cli {
 namespace {
@@ -69,19 +70,22 @@ std::string resuming(const RunOptions& options) {
 
 // The user's files, and what every contender says of a model.
 void rehearse_robot(const std::string& robot, const LoadOptions& how, const std::optional<ControlSpec>& control) {
-  rehearse(fmt::format("reading '{}'", robot), [&] {
-    const LoadReport report = inspect_model(find_model(robot), how);
-    const Registry& registry = Registry::instance();
-    for (const std::string& name : registry.contender_names()) {
-      const ResolvedContender contender = registry.resolve(name);
-      const Activity asking(fmt::format("asking {} what it does with '{}'", name, robot));
-      static_cast<void>(contender.engine->capabilities(contender.settings));
-      if (report.model) static_cast<void>(contender.engine->check(*report.model, contender.settings));
-    }
-    if (!report.model || !control) return;
-    const Activity trying("trying the control");
-    make_control(*report.model, *control)->rehearse();
-  });
+  rehearse(
+      fmt::format("reading '{}'", robot),
+      [&] {
+        const LoadReport report = inspect_model(find_model(robot), how);
+        const Registry& registry = Registry::instance();
+        for (const std::string& name : registry.contender_names()) {
+          const ResolvedContender contender = registry.resolve(name);
+          const Activity asking(fmt::format("asking {} what it does with '{}'", name, robot));
+          static_cast<void>(contender.engine->capabilities(contender.settings));
+          if (report.model) static_cast<void>(contender.engine->check(*report.model, contender.settings));
+        }
+        if (!report.model || !control) return;
+        const Activity trying("trying the control");
+        make_control(*report.model, *control)->rehearse();
+      },
+      model_caches());
 }
 
 int run(RunOptions options) {

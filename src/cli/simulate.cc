@@ -7,23 +7,23 @@
 
 #include <fmt/format.h>
 
+#include "base/csv.h"
 #include "base/errors.h"
+#include "base/output_file.h"
 #include "base/text.h"
-#include "cli/child.h"
 #include "cli/cli.h"
-#include "cli/contained.h"
-#include "cli/csv.h"
-#include "cli/output_file.h"
 #include "cli/simulate_job.h"
-#include "cli/state_rows.h"
 #include "controls/policy.h"
 #include "controls/work.h"
 #include "engines/engine_files.h"
 #include "isolate/activity.h"
+#include "isolate/guarded_child.h"
+#include "isolate/contained.h"
 #include "isolate/processes.h"
 #include "isolate/sandbox.h"
 #include "measures/plausible.h"
 #include "model/state_faults.h"
+#include "results/store/state_rows.h"
 
 namespace assay::cli {
 namespace {
@@ -167,13 +167,16 @@ int run(const SimulateJob& job, bool time, OutputFile& file, const std::function
 }
 
 int simulate(const SimulateOptions& options) {
-  rehearse(fmt::format("reading '{}'", options.model.model), [&] {
-    const SimulateJob job = prepare(options);
-    const Activity asking(fmt::format("asking {} what it does with '{}'", job.contender.name, job.model.name));
-    static_cast<void>(job.contender.engine->check(job.model, job.contender.settings));
-    const Activity trying("trying the control");
-    job.control->rehearse();
-  });
+  rehearse(
+      fmt::format("reading '{}'", options.model.model),
+      [&] {
+        const SimulateJob job = prepare(options);
+        const Activity asking(fmt::format("asking {} what it does with '{}'", job.contender.name, job.model.name));
+        static_cast<void>(job.contender.engine->check(job.model, job.contender.settings));
+        const Activity trying("trying the control");
+        job.control->rehearse();
+      },
+      model_caches());
   const SimulateJob job = prepare(options);
   check_fidelity(job);
   OutputFile file(options.out);

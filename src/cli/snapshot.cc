@@ -6,11 +6,11 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/output_file.h"
 #include "base/paths.h"
 #include "base/text.h"
 #include "cli/cli.h"
 #include "cli/model_options.h"
-#include "cli/output_file.h"
 #include "cli/pictures.h"
 #include "load/mjcf.h"
 #include "results/store/trajectory.h"

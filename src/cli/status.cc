@@ -10,9 +10,9 @@
 
 #include "base/text.h"
 #include "cli/cli.h"
-#include "cli/parts.h"
 #include "results/store/facts.h"
 #include "results/store/store.h"
+#include "run/cluster/parts.h"
 #include "run/cluster/slurm.h"
 
 namespace assay::cli {
@@ -147,7 +147,7 @@ RunsStatus runs_status(const std::string& dir, const SlurmRequest& request) {
   return status;
 }
 
-int status(const StatusOptions& options) {
+int run_status(const StatusOptions& options) {
   std::vector<PartStatus> parts;
   Coverage coverage;
   double longest_s = 0;
@@ -243,7 +243,7 @@ void add_status(CLI::App& app, Action& action) {
   const auto options = std::make_shared<StatusOptions>();
   command->add_option("DIR", options->dirs, "Results directories, or folders of them")->required()->type_name("");
   command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();
-  command->callback([&action, options] { action = [options] { return status(*options); }; });
+  command->callback([&action, options] { action = [options] { return run_status(*options); }; });
 }
 
 }  // namespace assay::cli

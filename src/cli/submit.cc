@@ -14,8 +14,8 @@
 #include "campaign/shards.h"
 #include "cli/campaign_run.h"
 #include "cli/cli.h"
-#include "cli/parts.h"
 #include "results/store/merge.h"
+#include "run/cluster/parts.h"
 #include "run/cluster/slurm.h"
 #include "run/coordinator/run.h"
 

@@ -7,7 +7,7 @@
 #include "base/quantity.h"
 #include "campaign/keys.h"
 #include "cli/cli.h"
-#include "cli/facts.h"
+#include "engines/facts.h"
 #include "load/mjcf.h"
 
 namespace assay::cli {

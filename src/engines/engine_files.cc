@@ -99,4 +99,14 @@ std::vector<std::string> engine_caches() {
   return {found.begin(), found.end()};
 }
 
+std::vector<std::string> model_caches() {
+  std::vector<std::string> caches = engine_caches();
+  std::error_code error;
+  const fs::path cache = cache_dir(), hulls = cache / "hulls";
+  if (!cache.empty() && fs::is_directory(cache / "libraries", error) && fs::create_directories(hulls, error))
+    error = {};
+  if (fs::is_directory(hulls, error)) caches.push_back(hulls);
+  return caches;
+}
+
 }  // namespace assay

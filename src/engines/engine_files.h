@@ -20,4 +20,8 @@ std::vector<std::string> engine_files();
 // the folder beside the environments of engines whose adapters are in Python; empty where there are none.
 std::vector<std::string> engine_caches();
 
+// These, and the folder where convex parts of meshes are kept (load/decomposition.h): what reading a model and asking
+// engines about it may write.
+std::vector<std::string> model_caches();
+
 }  // namespace assay

@@ -1,5 +1,5 @@
-// What this process is doing with a stranger's file or plugin, where another process waits for it (cli/contained.h):
-// that one can then say what went wrong. Without one an Activity costs and limits nothing.
+// What this process is doing with a stranger's file or plugin, where another process waits for it
+// (isolate/contained.h): that one can then say what went wrong. Without one an Activity costs and limits nothing.
 #pragma once
 
 #include <array>

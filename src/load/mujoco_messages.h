@@ -42,7 +42,7 @@ class MessageGuard {
 std::string one_line(std::string_view message);
 
 // Nothing reaches standard error while it lives: where MuJoCo's parser ends the process, its C++ library writes the
-// exception there, and who waits for the process says what happened (cli/contained.h).
+// exception there, and who waits for the process says what happened (isolate/contained.h).
 class Silence {
  public:
   Silence();

@@ -2,9 +2,9 @@
 
 #include <string>
 
-#include "cli/terminal.h"
+#include "base/console.h"
 
-namespace assay::cli {
+namespace assay {
 
 // "3.10 µm of 12.0 µm": the figure of one result and its tolerance.
 std::string figure_text(const Json& result);
@@ -13,4 +13,4 @@ std::string figure_text(const Json& result);
 // and below the table the others and what is not a plain pass. `contenders` is the array of `assay conformance --json`.
 std::string conformance_markdown(const Json& contenders);
 
-}  // namespace assay::cli
+}  // namespace assay

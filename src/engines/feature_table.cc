@@ -1,4 +1,4 @@
-#include "cli/features.h"
+#include "engines/feature_table.h"
 
 #include <algorithm>
 
@@ -6,10 +6,10 @@
 
 #include "base/terminal.h"
 #include "base/text.h"
-#include "cli/facts.h"
 #include "engines/describe.h"
+#include "engines/facts.h"
 
-namespace assay::cli {
+namespace assay {
 namespace {
 
 constexpr const char* kLegend = "= exact, ~ approximated (how is below), - refused";
@@ -113,9 +113,9 @@ std::vector<FeatureGroup> feature_groups(const std::vector<ResolvedContender>& c
 }
 
 Json features_json(const std::vector<FeatureGroup>& groups) {
-  Json json = {{"features", Json::array()}, {"groups", Json::array()}};
+  Json listed = {{"features", Json::array()}, {"groups", Json::array()}};
   for (const Feature feature : all_features()) {
-    json["features"].push_back({{"feature", feature_key(feature)}, {"name", feature_name(feature)}});
+    listed["features"].push_back({{"feature", feature_key(feature)}, {"name", feature_name(feature)}});
   }
   for (const FeatureGroup& group : groups) {
     Json support = Json::object();
@@ -124,12 +124,12 @@ Json features_json(const std::vector<FeatureGroup>& groups) {
       support[feature_key(feature)] = {{"fidelity", fidelity_text(fidelity_of(group, feature))},
                                        {"how", found == nullptr ? "" : found->how}};
     }
-    json["groups"].push_back({{"label", group.label},
-                              {"contenders", group.contenders},
-                              {"support", support},
-                              {"contact_forces", group.contact_forces}});
+    listed["groups"].push_back({{"label", group.label},
+                                {"contenders", group.contenders},
+                                {"support", support},
+                                {"contact_forces", group.contact_forces}});
   }
-  return json;
+  return listed;
 }
 
 std::string features_text(const std::vector<FeatureGroup>& groups) {
@@ -211,4 +211,4 @@ std::string features_markdown(const std::vector<FeatureGroup>& groups) {
   return text;
 }
 
-}  // namespace assay::cli
+}  // namespace assay

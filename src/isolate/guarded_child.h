@@ -4,7 +4,7 @@
 #include <functional>
 #include <string>
 
-namespace assay::cli {
+namespace assay {
 
 struct ChildEnd {
   int status = 0;  // what the work returned, or the status of what it threw (its message is printed already)
@@ -20,10 +20,10 @@ struct ChildEnd {
 // Sends one line of text (without line breaks in it) to the parent.
 using Send = std::function<void(const std::string&)>;
 
-// Runs `work` in a forked process below a guard (run/worker/guard.h), with the limits of a worker that has the machine
+// Runs `work` in a forked process below a guard (isolate/guard.h), with the limits of a worker that has the machine
 // to itself, and returns how it ended; what it has started has ended, too. `on_line` gets in this process what `work`
 // sends. With `limit_s`, work that sends nothing for that long is ended (isolate/time_limit.h). SIGINT and SIGTERM are
 // passed on as SIGINT, those of a terminal too; the child ends with its parent, and a SIGPIPE ends both.
 ChildEnd run_in_child(const std::function<int(const Send&)>& work, const Send& on_line = {}, double limit_s = 0);
 
-}  // namespace assay::cli
+}  // namespace assay

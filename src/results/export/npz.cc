@@ -1,4 +1,4 @@
-#include "cli/npz.h"
+#include "results/export/npz.h"
 
 #include <array>
 #include <bit>
@@ -13,7 +13,7 @@
 
 #include "base/errors.h"
 
-namespace assay::cli {
+namespace assay {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "the files say that they are little-endian");
@@ -102,4 +102,4 @@ void Npz::write(const std::string& path) const {
   archive.release();  // NOLINT(bugprone-unused-return-value): zip_close() has freed it
 }
 
-}  // namespace assay::cli
+}  // namespace assay

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace assay::cli {
+namespace assay {
 
 class Npz {
  public:
@@ -23,4 +23,4 @@ class Npz {
   std::vector<Entry> entries_;
 };
 
-}  // namespace assay::cli
+}  // namespace assay

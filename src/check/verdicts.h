@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "check/step_bounds.h"
-#include "cli/facts.h"
+#include "engines/facts.h"
 #include "load/file_facts.h"
 
-namespace assay::cli {
+namespace assay {
 
 // One engine's contenders that treat the model alike.
 struct EngineVerdict {
@@ -51,4 +51,4 @@ void print_elements(const std::vector<EngineVerdict>& verdicts, const std::vecto
                     const FileFacts& facts);
 void print_statements(const std::vector<EngineVerdict>& verdicts, const Model& model);
 
-}  // namespace assay::cli
+}  // namespace assay

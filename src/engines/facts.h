@@ -3,11 +3,11 @@
 
 #include <string>
 
-#include "cli/cli.h"
+#include "base/console.h"
 #include "engines/registry.h"
 #include "model/model.h"
 
-namespace assay::cli {
+namespace assay {
 
 std::string fidelity_text(Fidelity fidelity);  // "exact", "approximated", "refused"
 
@@ -17,4 +17,4 @@ Json contender_json(const ResolvedContender& contender);
 // Sizes of a model; `name` is what `assay` calls it.
 Json model_json(const std::string& name, const Model& model);
 
-}  // namespace assay::cli
+}  // namespace assay

@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace assay::cli {
+namespace assay {
 
 // Writes `folder`/SYSTEM/CONTENDER.npz (or .csv) for every kept run of `dir` and `folder`/index.csv, whose header is
 // file,system,contender,timestep_ms,samples,bodies. docs/trajectories.md describes the files. Damaged
@@ -11,4 +11,4 @@ namespace assay::cli {
 // `format` than npz or csv, a directory without results, or one whose runs are not listed.
 int export_trajectories(const std::string& dir, const std::string& format, const std::string& folder);
 
-}  // namespace assay::cli
+}  // namespace assay

@@ -1,12 +1,13 @@
-#include "cli/facts.h"
+#include "engines/facts.h"
 
 #include <algorithm>
+#include <array>
 
 #include "engines/binary_facts.h"
 #include "engines/builds.h"
 #include "engines/describe.h"
 
-namespace assay::cli {
+namespace assay {
 namespace {
 
 Json value_json(const SettingValue& value) {
@@ -20,18 +21,18 @@ std::string type_text(const SettingValue& value) {
 }
 
 Json setting_json(const Setting& setting, const Settings& settings) {
-  Json json = {{"name", setting.name},
-               {"value", value_json(settings.values.at(setting.name))},
-               {"default", value_json(setting.default_value)},
-               {"type", type_text(setting.default_value)},
-               {"unit", setting.unit},
-               {"meaning", setting.meaning},
-               {"choices", setting.choices},
-               {"minimum", nullptr},
-               {"maximum", nullptr}};
-  if (setting.minimum) json["minimum"] = *setting.minimum;
-  if (setting.maximum) json["maximum"] = *setting.maximum;
-  return json;
+  Json facts = {{"name", setting.name},
+                {"value", value_json(settings.values.at(setting.name))},
+                {"default", value_json(setting.default_value)},
+                {"type", type_text(setting.default_value)},
+                {"unit", setting.unit},
+                {"meaning", setting.meaning},
+                {"choices", setting.choices},
+                {"minimum", nullptr},
+                {"maximum", nullptr}};
+  if (setting.minimum) facts["minimum"] = *setting.minimum;
+  if (setting.maximum) facts["maximum"] = *setting.maximum;
+  return facts;
 }
 
 }  // namespace
@@ -101,4 +102,4 @@ Json model_json(const std::string& name, const Model& model) {
           {"notes", model.notes}};
 }
 
-}  // namespace assay::cli
+}  // namespace assay

@@ -10,7 +10,7 @@
 
 #include "results/store/store.h"
 
-namespace assay::cli {
+namespace assay {
 
 // The results directories that `dirs` name: each itself, or, where it holds no results, the directories in it that do,
 // by name; "shards" in it counts too. Throws InputError for one without results.
@@ -48,4 +48,4 @@ class Coverage {
 // Opens a results directory for writing, under the campaign that it holds.
 Store open_to_write(const std::string& dir);
 
-}  // namespace assay::cli
+}  // namespace assay

@@ -1,4 +1,4 @@
-#include "cli/terminal.h"
+#include "base/console.h"
 
 #include <algorithm>
 #include <array>
@@ -16,7 +16,7 @@
 #include "base/errors.h"
 #include "base/json.h"
 
-namespace assay::cli {
+namespace assay {
 namespace {
 
 constexpr size_t kUnlimited = std::numeric_limits<size_t>::max();
@@ -217,4 +217,4 @@ void ProgressLine::clear() {
   shown_ = false;
 }
 
-}  // namespace assay::cli
+}  // namespace assay

@@ -1,4 +1,4 @@
-#include "cli/export_trajectories.h"
+#include "results/export/trajectories.h"
 
 #include <cctype>
 #include <filesystem>
@@ -7,18 +7,19 @@
 
 #include <fmt/format.h>
 
+#include "base/console.h"
+#include "base/csv.h"
 #include "base/errors.h"
+#include "base/exit_status.h"
+#include "base/output_file.h"
 #include "base/text.h"
-#include "cli/cli.h"
-#include "cli/csv.h"
-#include "cli/npz.h"
-#include "cli/output_file.h"
-#include "cli/state_rows.h"
+#include "results/export/npz.h"
 #include "results/store/scene.h"
+#include "results/store/state_rows.h"
 #include "results/store/store.h"
 #include "results/store/trajectory.h"
 
-namespace assay::cli {
+namespace assay {
 namespace {
 
 namespace fs = std::filesystem;
@@ -148,7 +149,7 @@ int export_trajectories(const std::string& dir, const std::string& format, const
     rest += fmt::format("; {} damaged: the command that measured them makes them again", counted(damaged, "run"));
   }
   message(fmt::format("{} written to '{}'{}", counted(written, "run"), folder, rest));
-  return damaged == 0 ? kDone : kFailed;
+  return damaged == 0 ? exits::kDone : exits::kFailed;
 }
 
-}  // namespace assay::cli
+}  // namespace assay

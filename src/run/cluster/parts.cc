@@ -1,4 +1,4 @@
-#include "cli/parts.h"
+#include "run/cluster/parts.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -10,13 +10,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "base/console.h"
 #include "base/errors.h"
 #include "base/text.h"
 #include "campaign/shards.h"
-#include "cli/terminal.h"
 #include "results/store/facts.h"
 
-namespace assay::cli {
+namespace assay {
 namespace {
 
 namespace fs = std::filesystem;
@@ -241,4 +241,4 @@ std::vector<std::string> Coverage::missing() const {
   return missing_text(divisions);
 }
 
-}  // namespace assay::cli
+}  // namespace assay

@@ -11,7 +11,7 @@
 
 #include "base/terminal.h"
 
-namespace assay::cli {
+namespace assay {
 
 using Json = nlohmann::ordered_json;
 
@@ -68,4 +68,4 @@ class ProgressLine {
   Clock::time_point last_ = Clock::now();
 };
 
-}  // namespace assay::cli
+}  // namespace assay

@@ -1,4 +1,4 @@
-#include "cli/output_file.h"
+#include "base/output_file.h"
 
 #include <cerrno>
 #include <cstdio>
@@ -14,7 +14,7 @@
 #include "base/errors.h"
 #include "base/regular_file.h"
 
-namespace assay::cli {
+namespace assay {
 
 namespace fs = std::filesystem;
 
@@ -117,4 +117,4 @@ std::string OutputFile::whereabouts() const {
   return written_ == "-" ? "standard output" : fmt::format("'{}'", written_);
 }
 
-}  // namespace assay::cli
+}  // namespace assay

@@ -3,12 +3,12 @@
 
 #include <vector>
 
+#include "base/console.h"
 #include "check/model_check.h"
 #include "check/step_bounds.h"
-#include "cli/terminal.h"
 #include "load/problems.h"
 
-namespace assay::cli {
+namespace assay {
 
 Json line_json(int line);  // null for 0, which is no line
 Json findings_json(const std::vector<Finding>& findings);
@@ -21,4 +21,4 @@ void print_bounds(const StepBounds& bounds, const FileFacts& facts);
 // Model::notes that print_findings() did not print.
 void print_notes(const Model& model, const std::vector<Problem>& left_out);
 
-}  // namespace assay::cli
+}  // namespace assay

@@ -1,4 +1,4 @@
-#include "cli/conformance_markdown.h"
+#include "conformance/markdown.h"
 
 #include <algorithm>
 #include <array>
@@ -15,7 +15,7 @@
 #include "base/text.h"
 #include "conformance/conformance.h"
 
-namespace assay::cli {
+namespace assay {
 
 std::string figure_text(const Json& result) {
   // a figure that is not finite is null in JSON
@@ -81,4 +81,4 @@ std::string conformance_markdown(const Json& contenders) {
   return text;
 }
 
-}  // namespace assay::cli
+}  // namespace assay

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "cli/terminal.h"
+#include "base/console.h"
 #include "engines/registry.h"
 
-namespace assay::cli {
+namespace assay {
 
 // Contenders of one engine that declare the same of every feature.
 struct FeatureGroup {
@@ -27,4 +27,4 @@ std::string features_text(const std::vector<FeatureGroup>& groups);
 // The document docs/features.md.
 std::string features_markdown(const std::vector<FeatureGroup>& groups);
 
-}  // namespace assay::cli
+}  // namespace assay

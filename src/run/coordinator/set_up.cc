@@ -1,4 +1,4 @@
-#include "cli/obtain.h"
+#include "run/coordinator/set_up.h"
 
 #include <algorithm>
 #include <cstdlib>
@@ -8,10 +8,10 @@
 
 #include <fmt/format.h>
 
+#include "base/console.h"
 #include "base/text.h"
-#include "cli/cli.h"
 
-namespace assay::cli {
+namespace assay {
 namespace {
 
 // "PID:PATH" of the launcher, which has become this program by exec: children inherit the variable and are others.
@@ -101,4 +101,4 @@ void obtain_engines(const Campaign& campaign, const std::vector<std::string>* co
   ::unsetenv(kWanted);  // the launcher is gone: the run says what it leaves out
 }
 
-}  // namespace assay::cli
+}  // namespace assay

@@ -10,7 +10,7 @@
 
 #include "model/state.h"
 
-namespace assay::cli {
+namespace assay {
 
 inline constexpr std::string_view kStateHeader = "time,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n";
 
@@ -29,4 +29,4 @@ inline void append_state_rows(const std::vector<std::string>& names, double time
   }
 }
 
-}  // namespace assay::cli
+}  // namespace assay

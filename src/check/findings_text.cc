@@ -1,4 +1,4 @@
-#include "cli/check_findings.h"
+#include "check/findings_text.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include "base/quantity.h"
 #include "base/text.h"
 
-namespace assay::cli {
+namespace assay {
 namespace {
 
 constexpr size_t kMostPlaces = 3;
@@ -141,7 +141,7 @@ bool was_printed(const std::string& note, const std::vector<Problem>& left_out) 
 Json line_json(int line) { return line > 0 ? Json(line) : Json(nullptr); }
 
 Json findings_json(const std::vector<Finding>& findings) {
-  Json json = Json::array();
+  Json listed = Json::array();
   for (const Finding& finding : findings) {
     Json places = Json::array();
     for (const Place& place : finding.places) {
@@ -152,15 +152,15 @@ Json findings_json(const std::vector<Finding>& findings) {
                         {"value", finding.unit.empty() ? Json(nullptr) : number_json(place.value)},
                         {"text", place.text}});
     }
-    json.push_back({{"level", finding.level == Level::kMend ? "mend" : "know"},
-                    {"kind", finding.kind},
-                    {"title", finding.title},
-                    {"unit", finding.unit},
-                    {"count", finding.places.size()},
-                    {"places", places},
-                    {"advice", finding.advice}});
+    listed.push_back({{"level", finding.level == Level::kMend ? "mend" : "know"},
+                      {"kind", finding.kind},
+                      {"title", finding.title},
+                      {"unit", finding.unit},
+                      {"count", finding.places.size()},
+                      {"places", places},
+                      {"advice", finding.advice}});
   }
-  return json;
+  return listed;
 }
 
 Json bounds_json(const StepBounds& bounds, const FileFacts& facts) {
@@ -210,4 +210,4 @@ void print_notes(const Model& model, const std::vector<Problem>& left_out) {
   }
 }
 
-}  // namespace assay::cli
+}  // namespace assay

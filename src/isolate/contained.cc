@@ -1,4 +1,4 @@
-#include "cli/contained.h"
+#include "isolate/contained.h"
 
 #include <algorithm>
 #include <array>
@@ -7,28 +7,24 @@
 #include <cstdio>
 #include <cstring>
 #include <fcntl.h>
-#include <filesystem>
 #include <new>
 #include <sys/mman.h>
-#include <sys/prctl.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
 
+#include "base/console.h"
 #include "base/errors.h"
-#include "base/paths.h"
-#include "cli/cli.h"
-#include "engines/engine_files.h"
+#include "base/exit_status.h"
 #include "isolate/activity.h"
+#include "isolate/child.h"
+#include "isolate/limits.h"
 #include "isolate/processes.h"
 #include "isolate/sandbox.h"
 
-namespace assay::cli {
+namespace assay {
 namespace {
-
-SystemError failure(const char* what) { return SystemError{fmt::format("{} failed: {}", what, std::strerror(errno))}; }
 
 // What both processes see.
 struct Shared {
@@ -49,7 +45,7 @@ struct Shared {
 class SharedPage {
  public:
   SharedPage() : page_(::mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0)) {
-    if (page_ == MAP_FAILED) throw failure("sharing memory");
+    if (page_ == MAP_FAILED) throw SystemError(fmt::format("sharing memory failed: {}", std::strerror(errno)));
     new (page_) Shared;
   }
   ~SharedPage() { ::munmap(page_, sizeof(Shared)); }
@@ -72,35 +68,21 @@ void pass_on(int signal, siginfo_t* info, void* /*context*/) {
 
 constexpr std::array<int, 3> kPassedOn = {SIGINT, SIGTERM, SIGHUP};
 
-// Results of --decompose are kept there for the next time, and kernels that engines compile.
-std::vector<std::string> with_cache(std::vector<std::string> writable) {
-  namespace fs = std::filesystem;
-  std::error_code error;
-  const fs::path cache = cache_dir(), hulls = cache / "hulls";
-  if (!cache.empty() && fs::is_directory(cache / "libraries", error) && fs::create_directories(hulls, error))
-    error = {};
-  if (fs::is_directory(hulls, error)) writable.push_back(hulls);
-  for (std::string& folder : engine_caches()) writable.push_back(std::move(folder));
-  return writable;
-}
-
-[[noreturn]] void be_child(const SharedPage& shared, const std::function<int()>& work, pid_t parent,
-                           const std::optional<std::vector<std::string>>& writable) {
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (::getppid() != parent) ::_exit(kFailed);
-  const rlimit no_core = {0, 0};
-  ::setrlimit(RLIMIT_CORE, &no_core);
-  if (writable) enter_sandbox({.read_everything = true, .writable = with_cache(*writable)});
+// The whole of the child: its exit status.
+int contained_work(const SharedPage& shared, const std::function<int()>& work,
+                   const std::optional<std::vector<std::string>>& writable) {
+  write_no_core_file();
+  if (writable) enter_sandbox({.read_everything = true, .writable = *writable});
   watch_activities(&shared->board);
   be_expendable();
-  int status = kFailed;
+  int status = exits::kFailed;
   try {
     status = work();
   } catch (...) {  // NOLINT(bugprone-empty-catch): nothing of this process may run the parent's clean-up
   }
   std::fflush(nullptr);
   shared->done = true;
-  ::_exit(status);
+  return status;
 }
 
 std::string activity(const Shared& shared, const std::string& what) {
@@ -120,43 +102,35 @@ std::string what_happened(const Shared& shared, const std::string& what, int res
     return fmt::format("{} was stopped: it takes more than {} s{}", doing,
                        signal == SIGXCPU ? limits.cpu_s : limits.wall_s, signal == SIGXCPU ? " of processor time" : "");
   }
-  return fmt::format("{} ended with SIG{} ({}): it cannot be used", doing, ::sigabbrev_np(signal), ::strsignal(signal));
+  return fmt::format("{} ended with {}: it cannot be used", doing, signal_text(signal));
 }
 
 // The end of the process that did `work`, as waitpid() gives it.
-int rehearsed(const SharedPage& shared, const std::string& what, const std::function<void()>& work) {
+int rehearsed(const SharedPage& shared, const std::string& what, const std::function<void()>& work,
+              const std::vector<std::string>& writable) {
   flush_output();
-  const pid_t parent = ::getpid();
-  const pid_t child = ::fork();
-  if (child < 0) throw failure("starting a process");
-  if (child == 0) {
+  const auto noted = [&] {
+    try {
+      work();
+    } catch (const InputError& error) {
+      shared->note(Shared::Thrown::kInputError, error.what());
+    } catch (const std::bad_alloc&) {
+      const std::string doing = shared->board.text.data();
+      shared->note(Shared::Thrown::kInputError,
+                   fmt::format("{} takes more than {} GiB of memory", doing.empty() ? what : doing,
+                               ActivityLimits().memory_bytes >> 30));
+    } catch (const std::exception& error) {
+      shared->note(Shared::Thrown::kOther, error.what());
+    } catch (...) {
+      shared->note(Shared::Thrown::kOther, "an engine threw an exception that is not a std::exception");
+    }
+    return exits::kDone;
+  };
+  return wait_for(start_child([&] {
     const int nothing = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
     for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) ::dup2(nothing, stream);
-    be_child(
-        shared,
-        [&] {
-          try {
-            work();
-          } catch (const InputError& error) {
-            shared->note(Shared::Thrown::kInputError, error.what());
-          } catch (const std::bad_alloc&) {
-            const std::string doing = shared->board.text.data();
-            shared->note(Shared::Thrown::kInputError,
-                         fmt::format("{} takes more than {} GiB of memory", doing.empty() ? what : doing,
-                                     ActivityLimits().memory_bytes >> 30));
-          } catch (const std::exception& error) {
-            shared->note(Shared::Thrown::kOther, error.what());
-          } catch (...) {
-            shared->note(Shared::Thrown::kOther, "an engine threw an exception that is not a std::exception");
-          }
-          return kDone;
-        },
-        parent, std::vector<std::string>{});
-  }
-  int result = 0;
-  while (::waitpid(child, &result, 0) < 0 && errno == EINTR) {
-  }
-  return result;
+    return contained_work(shared, noted, writable);
+  }));
 }
 
 }  // namespace
@@ -164,17 +138,14 @@ int rehearsed(const SharedPage& shared, const std::string& what, const std::func
 int contained(const std::function<int()>& work, const std::optional<std::vector<std::string>>& writable) {
   flush_output();
   const SharedPage shared;
-  const pid_t parent = ::getpid();
   std::array<struct sigaction, kPassedOn.size()> before{};
   sigset_t passed_on, mask;
   ::sigemptyset(&passed_on);
   for (const int signal : kPassedOn) ::sigaddset(&passed_on, signal);
   ::sigprocmask(SIG_BLOCK, &passed_on, &mask);
-  const pid_t child = ::fork();
-  if (child < 0) throw failure("starting a process");
-  if (child == 0) {
+  const pid_t child = start_child([&] {
     ::sigprocmask(SIG_SETMASK, &mask, nullptr);
-    be_child(
+    return contained_work(
         shared,
         [&] {
           return guarded([&] {
@@ -183,8 +154,8 @@ int contained(const std::function<int()>& work, const std::optional<std::vector<
             return status;
           });
         },
-        parent, writable);
-  }
+        writable);
+  });
   contained_child = child;
   struct sigaction action{};
   action.sa_sigaction = pass_on;
@@ -195,9 +166,7 @@ int contained(const std::function<int()>& work, const std::optional<std::vector<
     if (before[i].sa_handler != SIG_IGN) ::sigaction(kPassedOn[i], &action, nullptr);
   }
   ::sigprocmask(SIG_SETMASK, &mask, nullptr);
-  int result = 0;
-  while (::waitpid(child, &result, 0) < 0 && errno == EINTR) {
-  }
+  const int result = wait_for(child);
   contained_child = -1;
   for (size_t i = 0; i < kPassedOn.size(); ++i) ::sigaction(kPassedOn[i], &before[i], nullptr);
   if (shared->done) return WEXITSTATUS(result);
@@ -210,17 +179,17 @@ int contained(const std::function<int()>& work, const std::optional<std::vector<
   }
   if (ended_from_outside(result)) {
     message(EndedFromOutside(activity(*shared, "the command"), WTERMSIG(result)).what());
-    return kFailed;
+    return exits::kFailed;
   }
   message(what_happened(*shared, "the command", result));
-  return shared->board.text.front() == '\0' ? kFailed : kWrongInput;
+  return shared->board.text.front() == '\0' ? exits::kFailed : exits::kWrongInput;
 }
 
-void rehearse(const std::string& what, const std::function<void()>& work) {
+void rehearse(const std::string& what, const std::function<void()>& work, const std::vector<std::string>& writable) {
   constexpr int kMostTries = 3;
   for (int tries = 1;; ++tries) {
     const SharedPage shared;
-    const int result = rehearsed(shared, what, work);
+    const int result = rehearsed(shared, what, work, writable);
     if (!shared->done && ended_from_outside(result)) {
       if (tries == kMostTries) throw EndedFromOutside(activity(*shared, what), WTERMSIG(result));
       continue;
@@ -232,4 +201,4 @@ void rehearse(const std::string& what, const std::function<void()>& work) {
   }
 }
 
-}  // namespace assay::cli
+}  // namespace assay

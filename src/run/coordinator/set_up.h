@@ -8,7 +8,7 @@
 #include "campaign/campaign.h"
 #include "engines/registry.h"
 
-namespace assay::cli {
+namespace assay {
 
 // Those that `./assay setup` would add here, in the registry's order. Empty for a program that no clone's launcher
 // started: there set-up is no help.
@@ -23,4 +23,4 @@ std::string set_up_command(const std::vector<AbsentEngine>& engines);
 // or where no launcher started this program. With `contenders` only engines of these count.
 void obtain_engines(const Campaign& campaign, const std::vector<std::string>* contenders = nullptr);
 
-}  // namespace assay::cli
+}  // namespace assay

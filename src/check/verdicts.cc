@@ -1,5 +1,5 @@
 // Verdicts of engines on a model's elements.
-#include "cli/check_engines.h"
+#include "check/verdicts.h"
 
 #include <algorithm>
 #include <cstring>
@@ -16,17 +16,18 @@
 
 #include <fmt/format.h>
 
+#include "base/console.h"
 #include "base/text.h"
 #include "check/feedback.h"
-#include "cli/check_findings.h"
-#include "cli/cli.h"
-#include "cli/contained.h"
+#include "check/findings_text.h"
+#include "engines/engine_files.h"
 #include "isolate/activity.h"
+#include "isolate/contained.h"
 #include "isolate/processes.h"
 #include "model/features.h"
 #include "model/pair_groups.h"
 
-namespace assay::cli {
+namespace assay {
 namespace {
 
 bool alike(const std::vector<Limitation>& a, const std::vector<Limitation>& b) {
@@ -43,10 +44,10 @@ struct Statement {
 };
 
 // "joint 'knee' armature" as what stands before the name, the name, and what stands after it.
-struct Element {
+struct ElementName {
   std::string before, name, after;
 
-  explicit Element(const std::string& text) {
+  explicit ElementName(const std::string& text) {
     const size_t opens = text.find(" '");
     size_t closes = opens == std::string::npos ? opens : text.find('\'', opens + 2);
     // a pair has two names: "a' and 'b"
@@ -66,7 +67,7 @@ struct Element {
 };
 
 // "armature of all 22 joints", "limit of 2 joints ('knee', 'hip')".
-std::string elements_text(const Element& first, const std::vector<std::string>& names, const Model& model) {
+std::string elements_text(const ElementName& first, const std::vector<std::string>& names, const Model& model) {
   constexpr size_t kMostNames = 3;
   const size_t noun_begins = first.before.rfind(' ') + 1;  // 0 where there is one word
   const std::string noun = first.before.substr(noun_begins);
@@ -89,7 +90,7 @@ std::string elements_text(const Element& first, const std::vector<std::string>& 
 // Limitations of one verdict that differ in the element's name only.
 struct LimitationGroup {
   Limitation first;
-  Element parts;
+  ElementName parts;
   std::vector<const Limitation*> all;  // in their order
 };
 
@@ -98,7 +99,7 @@ std::vector<LimitationGroup> groups_of(const std::vector<Limitation>& limitation
   std::vector<LimitationGroup> groups;
   std::unordered_map<std::string, size_t> numbers;
   for (const Limitation& limitation : limitations) {
-    Element parts(limitation.element);
+    ElementName parts(limitation.element);
     std::string key =
         fmt::format("{}\n{}\n{}\n{}", static_cast<int>(limitation.fidelity), limitation.how, parts.before, parts.after);
     const auto [found, fresh] = numbers.try_emplace(std::move(key), groups.size());
@@ -115,7 +116,7 @@ std::string group_text(const LimitationGroup& group, const Model& model) {
   if (group.all.size() == 1 || group.parts.name.empty() || names_many) return group.first.element;
   std::vector<std::string> names;
   names.reserve(group.all.size());
-  for (const Limitation* limitation : group.all) names.push_back(Element(limitation->element).name);
+  for (const Limitation* limitation : group.all) names.push_back(ElementName(limitation->element).name);
   return elements_text(group.parts, names, model);
 }
 
@@ -162,7 +163,7 @@ constexpr const char *kHinges = "hinges", *kFree = "free bodies", *kLimits = "jo
 
 // "joint 'knee'" of "joint 'knee' armature", "geom 'foot'" of "geom 'foot' (box)".
 std::string label_of(const std::string& element) {
-  const Element parts(element);
+  const ElementName parts(element);
   const std::string noun = parts.before.substr(parts.before.rfind(' ') + 1);
   return fmt::format("{} '{}'", noun, parts.name);
 }
@@ -189,7 +190,7 @@ class Index {
 
   // None for a limitation of the contender as a whole.
   std::vector<size_t> meant_by(const std::string& element) const {
-    const Element parts(element);
+    const ElementName parts(element);
     if (parts.name.empty()) {
       if (element == kPlanes) return of_sort(kPlanes);
       return has_word(element, {"contact", "friction"}) ? of_sort(kContacts) : std::vector<size_t>();
@@ -209,7 +210,7 @@ class Index {
     return found == by_label_.end() ? std::vector<size_t>() : found->second;
   }
   // Without what an adapter adds to the name; of a group of pairs that is another than check's, those of its kinds.
-  std::vector<size_t> pairs_like(const Element& parts, const std::string& element) const {
+  std::vector<size_t> pairs_like(const ElementName& parts, const std::string& element) const {
     std::vector<size_t> same = with_label(element.substr(0, element.find(", friction ")));
     if (!same.empty()) return same;
     const auto kinds_of = [](const std::string& text) {
@@ -434,9 +435,12 @@ std::map<std::string, std::string> not_survived(const Model& model,
   SharedAnswers shared;
   const auto why_not = [&](const std::vector<std::string>& some) -> std::string {
     try {
-      rehearse("asking the engines", [&] {
-        for (const std::string& name : some) shared.put(name, asked(registry.resolve(name), model));
-      });
+      rehearse(
+          "asking the engines",
+          [&] {
+            for (const std::string& name : some) shared.put(name, asked(registry.resolve(name), model));
+          },
+          model_caches());
     } catch (const EndedFromOutside&) {
       throw;
     } catch (const std::exception& error) {
@@ -595,7 +599,7 @@ std::string verdicts_json_text(const std::vector<EngineVerdict>& verdicts, const
 
 Json elements_json(const std::vector<EngineVerdict>& verdicts, const std::vector<ModelElement>& elements,
                    const FileFacts& facts) {
-  Json json = Json::array();
+  Json listed = Json::array();
   for (const AlikeElements& group : alike_elements(verdicts, elements)) {
     Json members = Json::array(), treatment = Json::array();
     size_t count = 0;
@@ -612,9 +616,9 @@ Json elements_json(const std::vector<EngineVerdict>& verdicts, const std::vector
                            {"contenders", verdict.contenders},
                            {"fidelity", fidelity_text(verdict.of_element[group.elements.front()])}});
     }
-    json.push_back({{"sort", group.sort}, {"count", count}, {"elements", members}, {"engines", treatment}});
+    listed.push_back({{"sort", group.sort}, {"count", count}, {"elements", members}, {"engines", treatment}});
   }
-  return json;
+  return listed;
 }
 
 // ---- for people -----------------------------------------------------------------------------------------------------
@@ -715,4 +719,4 @@ void print_statements(const std::vector<EngineVerdict>& verdicts, const Model& m
   }
 }
 
-}  // namespace assay::cli
+}  // namespace assay

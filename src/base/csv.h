@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace assay::cli {
+namespace assay {
 
 // A text as one field of a CSV file (RFC 4180): quoted when it has to be.
 inline std::string csv_field(const std::string& text) {
@@ -12,4 +12,4 @@ inline std::string csv_field(const std::string& text) {
   return field + "\"";
 }
 
-}  // namespace assay::cli
+}  // namespace assay

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-namespace assay::cli {
+namespace assay {
 
 // "PATH.partial", where PATH is written first. What an earlier command left there is removed, so that it is made anew.
 // Throws InputError for what is no regular file: a link would be written through.
@@ -46,4 +46,4 @@ class OutputFile {
   std::int64_t size_ = 0;
 };
 
-}  // namespace assay::cli
+}  // namespace assay

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace assay::cli {
+namespace assay {
 
 // Runs `work`, a whole command, in a forked process and returns its status. Work that crashes, hangs or ends the
 // process is status kFailed, or kWrongInput where an Activity (isolate/activity.h) was reading a file, with a sentence
@@ -19,8 +19,8 @@ int contained(const std::function<int()>& work, const std::optional<std::vector<
 // Runs `work` in a forked process, prints nothing, and throws what it throws: InputError with its text, and for any
 // other exception SystemError. Work that crashes, hangs, ends the process or takes too much memory is an InputError.
 // Work that somebody else ends is tried again; after the third time that is an EndedFromOutside (isolate/processes.h).
-// It may write no file. Where nothing is thrown, the caller can do the same work himself. `what` begins the sentence
-// where no Activity does: "reading the campaign 'x'".
-void rehearse(const std::string& what, const std::function<void()>& work);
+// It may write only into the folders `writable`. Where nothing is thrown, the caller can do the same work himself.
+// `what` begins the sentence where no Activity does: "reading the campaign 'x'".
+void rehearse(const std::string& what, const std::function<void()>& work, const std::vector<std::string>& writable);
 
-}  // namespace assay::cli
+}  // namespace assay
