@@ -606,28 +606,12 @@ void choose_states(const Section& section, const Campaign& campaign, CampaignSys
 }
 
 nlohmann::json content_of(const CampaignSystem& system) {
-  std::vector<std::string> measures;
-  measures.reserve(system.measures.size());
-  for (const Measure measure : system.measures) measures.emplace_back(measure_text(measure));
-  nlohmann::json content = {{"name", system.name},
-                            {"model", system.model.hash},
-                            {"duration_s", system.duration_s},
-                            {"sample_ms", system.sample_ms},
-                            {"pieces", system.pieces},
-                            {"piece_ms", system.piece_ms},
-                            {"control", make_control(system.model, system.control)->description()},
-                            {"measures", measures},
-                            {"timesteps_ms", system.timesteps_ms},
-                            {"timing_ms", system.timing_ms},
-                            {"reference_ms", system.reference_ms}};
+  nlohmann::json content = system_content(system);
+  content["name"] = system.name;
+  content["model"] = system.model.hash;
   if (system.grasp.object >= 0) content["grasp"] = {system.grasp.object, system.grasp.hand, system.grasp.drop_m};
-  if (!system.family.empty()) content["family"] = system.family;
-  if (!system.worlds.empty()) content["worlds"] = system.worlds;
-  if (!system.more_pieces_ms.empty()) content["more_pieces_ms"] = system.more_pieces_ms;
   if (system.initial_states.count > 1 || !system.worlds.empty())
     content["initial_states"] = initial_states_content(system.initial_states);
-  if (system.pushes.any()) content["push"] = pushes_content(system.pushes);
-  if (system.reference_single_ms != system.reference_ms) content["reference_single_ms"] = system.reference_single_ms;
   if (system.violation_ms.size() < system.timesteps_ms.size()) content["violation_ms"] = system.violation_ms;
   return content;
 }
@@ -696,6 +680,27 @@ double CampaignSystem::grid_ms() const {
   double grid = sample_ms;
   for (const double length : more_pieces_ms) grid = std::min(grid, length);
   return has(Measure::kConsistency) ? grid : sample_ms;
+}
+
+nlohmann::json system_content(const CampaignSystem& system) {
+  std::vector<std::string> measures;
+  measures.reserve(system.measures.size());
+  for (const Measure measure : system.measures) measures.emplace_back(measure_text(measure));
+  nlohmann::json content = {{"duration_s", system.duration_s},
+                            {"sample_ms", system.sample_ms},
+                            {"pieces", system.pieces},
+                            {"piece_ms", system.piece_ms},
+                            {"control", make_control(system.model, system.control)->description()},
+                            {"measures", measures},
+                            {"timesteps_ms", system.timesteps_ms},
+                            {"timing_ms", system.timing_ms},
+                            {"reference_ms", system.reference_ms}};
+  if (!system.family.empty()) content["family"] = system.family;
+  if (!system.worlds.empty()) content["worlds"] = system.worlds;
+  if (!system.more_pieces_ms.empty()) content["more_pieces_ms"] = system.more_pieces_ms;
+  if (system.pushes.any()) content["push"] = pushes_content(system.pushes);
+  if (system.reference_single_ms != system.reference_ms) content["reference_single_ms"] = system.reference_single_ms;
+  return content;
 }
 
 nlohmann::json initial_states_content(const InitialStates& states) {

@@ -101,6 +101,8 @@ struct CampaignContender {
   std::string content() const;
 };
 
+// What the campaign's hash and the stored results have in common of a system.
+nlohmann::json system_content(const CampaignSystem& system);
 // Everything that decides which states they are, but for the model.
 nlohmann::json initial_states_content(const InitialStates& states);
 // The same of pushes; null for none.

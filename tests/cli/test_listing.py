@@ -133,6 +133,13 @@ class Systems(AssayTest):
         self.env["ASSAY_DATA"] = str(self.dir / "nowhere")
         self.refused("systems", naming=["ASSAY_DATA", "nowhere"])
 
+    def test_the_page_of_campaign_keys_is_up_to_date(self):
+        page = (SOURCE / "docs" / "campaign-keys.md").read_text(encoding="utf-8")
+        self.assertEqual(page, self.assay("systems", "--campaign-keys"),
+                         "run ./assay systems --campaign-keys > docs/campaign-keys.md")
+        for text in ("| `duration_s` | `2` | required |", "| `no_ground` |", "| `iterations` |", "| `rounds` | `24` | 24 |"):
+            self.assertIn(text, page)
+
     def test_broken_file_does_not_hide_the_others(self):
         folder = data_folder(self.dir / "lab")
         self.write("lab/models/broken.xml", "<mujoco><worldbody>")

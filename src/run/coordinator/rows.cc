@@ -60,34 +60,18 @@ ContenderRow contender_row(const CampaignContender& contender) {
 
 SystemRow system_row(const CampaignSystem& system) {
   const Model& model = system.model;
-  std::vector<std::string> measures;
-  measures.reserve(system.measures.size());
-  for (const Measure measure : system.measures) measures.emplace_back(measure_text(measure));
   json row = model_facts(model);
   const bool is_of_packages = system.model_name.starts_with("robots:");
-  row.update(
-      {{"model", is_of_packages ? system.model_name : std::filesystem::path(system.model_path).filename().string()},
-       {"contacts", system.variant.contacts && !system.variant.smooth},
-       {"control", make_control(model, system.control)->description()},
-       {"duration_s", system.duration_s},
-       {"sample_ms", system.sample_ms},
-       {"pieces", system.pieces},
-       {"piece_ms", system.piece_ms},
-       {"reference_ms", system.reference_ms},
-       {"timesteps_ms", system.timesteps_ms},
-       {"timing_ms", system.timing_ms},
-       {"measures", measures}});
+  row.update(system_content(system));
+  row["model"] = is_of_packages ? system.model_name : std::filesystem::path(system.model_path).filename().string();
+  row["contacts"] = system.variant.contacts && !system.variant.smooth;
   if (system.grasp.object >= 0) {
     row["grasp"] = {{"object", model.bodies[static_cast<size_t>(system.grasp.object)].name},
                     {"hand", model.bodies[static_cast<size_t>(system.grasp.hand)].name},
                     {"drop_m", system.grasp.drop_m}};
   }
   const ModelVariant& variant = system.variant;
-  if (!system.more_pieces_ms.empty()) row["more_pieces_ms"] = system.more_pieces_ms;
-  if (system.reference_single_ms != system.reference_ms) row["reference_single_ms"] = system.reference_single_ms;
-  if (!system.worlds.empty()) row["worlds"] = system.worlds;
   if (system.initial_states.count > 1) row["initial_states"] = initial_states_content(system.initial_states);
-  if (system.pushes.any()) row["push"] = pushes_content(system.pushes);
   if (system.load != LoadOptions()) {
     visit_load_fields(system.load, [&](const LoadField& field, const auto& value) {
       if (field.kept_at_default || !is_load_default(value)) row["load"][field.key] = value;
@@ -97,7 +81,6 @@ SystemRow system_row(const CampaignSystem& system) {
   if (variant.above_ground_m >= 0) row["above_ground_m"] = variant.above_ground_m;
   if (variant.start_rates > 0) row["start_rates"] = variant.start_rates;
   for (const BodyPair& pair : variant.exclude) row["exclude"].push_back({pair.a, pair.b});
-  if (!system.family.empty()) row["family"] = system.family;
   if (!model.notes.empty()) row["notes"] = model.notes;
   // The --control option with which `assay simulate` drives the model in the same way; its default is the actuators.
   const bool unasked =
