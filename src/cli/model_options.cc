@@ -16,8 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kGroup = "How the model is read";
-
 void refuse_both(bool a, bool b, std::string_view first, std::string_view second) {
   if (a && b) throw InputError(fmt::format("{} and {} contradict each other: give one of them", first, second));
 }
@@ -26,7 +24,7 @@ void refuse_both(bool a, bool b, std::string_view first, std::string_view second
 
 void add_load_options(CLI::App& command, ModelOptions& options, Repair repair) {
   const auto flag = [&](const char* name, bool& value, const char* meaning) {
-    command.add_flag(name, value, meaning)->disable_flag_override()->group(kGroup);
+    command.add_flag(name, value, meaning)->disable_flag_override()->group(kModelGroup);
   };
   flag("--drop-unsupported", options.drop_unsupported,
        "Leaves out elements that no engine can be given instead of refusing the model, and names them");
@@ -34,32 +32,32 @@ void add_load_options(CLI::App& command, ModelOptions& options, Repair repair) {
       .add_option("--package", options.packages,
                   "Folder of package://NAME/... in a URDF file; may be repeated (also found: upward from the file, in "
                   "ROS_PACKAGE_PATH and AMENT_PREFIX_PATH)")
-      ->group(kGroup)
+      ->group(kModelGroup)
       ->type_name("NAME=DIR")
       ->allow_extra_args(false);
-  flag("--allow-external-files", options.allow_external_files,
-       "Takes includes, meshes and other assets from anywhere and not only from below the model's folder");
   flag("--floating-base", options.floating_base, "Gives the robot's root a free joint");
   flag("--fixed-base", options.fixed_base, "Fixes the robot's root to the world");
   flag("--ground", options.ground, "Adds a ground plane at the lowest point of the robot's shapes at its start");
   flag("--no-ground", options.no_ground, "Leaves out the file's planes");
+  flag("--decompose", options.decompose,
+       "Takes concave meshes for several convex hulls instead of one; seconds a mesh, kept for the next time");
+  flag("--allow-external-files", options.allow_external_files,
+       "Takes includes, meshes and other assets from anywhere and not only from below the model's folder");
   flag("--within-limits", options.within_limits, "Puts joints that start beyond their limits at the limit");
   if (repair == Repair::kFlag) {
     flag("--repair", options.repair,
          "Mends in memory what has one obvious way out (inertias that no body has, swapped limits, joints that move no "
          "mass), and says what");
   }
-  flag("--decompose", options.decompose,
-       "Takes concave meshes for several convex hulls instead of one; seconds a mesh, kept for the next time");
   command
       .add_option("--keyframe", options.keyframe, "Keyframe to start from, by name or number from 0 (default: first)")
-      ->group(kGroup)
+      ->group(kModelGroup)
       ->type_name("NAME|NUMBER");
   command
       .add_option("--qpos", options.qpos,
                   "File with the configuration to start from, at rest: all numbers of MuJoCo's qpos, or lines "
                   "JOINT=VALUE")
-      ->group(kGroup)
+      ->group(kModelGroup)
       ->type_name("FILE");
 }
 
@@ -105,29 +103,6 @@ LoadOptions load_options(const ModelOptions& options) {
 Model load(const ModelOptions& options) {
   const LoadOptions how = load_options(options);
   return load_model(find_model(options.model), how);
-}
-
-void tell_notes(const Model& model) {
-  for (const std::string& note : model.notes) message("note: " + note);
-}
-
-std::vector<std::string> option_words(const LoadOptions& options) {
-  std::vector<std::string> words;
-  if (options.drop_unsupported) words.emplace_back("--drop-unsupported");
-  for (const auto& [name, folder] : options.packages) {
-    words.insert(words.end(), {"--package", fmt::format("{}={}", name, folder)});
-  }
-  if (options.root_joint == RootJoint::kFloating) words.emplace_back("--floating-base");
-  if (options.root_joint == RootJoint::kFixed) words.emplace_back("--fixed-base");
-  if (options.ground == Ground::kPlane) words.emplace_back("--ground");
-  if (options.ground == Ground::kNone) words.emplace_back("--no-ground");
-  if (options.decompose) words.emplace_back("--decompose");
-  if (options.allow_external_files) words.emplace_back("--allow-external-files");
-  if (options.within_limits) words.emplace_back("--within-limits");
-  if (options.repair) words.emplace_back("--repair");
-  if (!options.keyframe.empty()) words.insert(words.end(), {"--keyframe", options.keyframe});
-  if (!options.qpos.empty()) words.insert(words.end(), {"--qpos", options.qpos});
-  return words;
 }
 
 }  // namespace assay::cli
