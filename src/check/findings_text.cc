@@ -74,7 +74,8 @@ std::string plural(const std::string& noun) {
   return noun + (noun.ends_with("h") ? "es" : "s");
 }
 
-void print_finding(const Finding& finding) {
+std::string finding_text(const Finding& finding) {
+  std::string out;
   std::string text = fmt::format("  {}: ", finding.title);
   const size_t count = finding.places.size();
   const std::string noun = count > 1 ? common_noun(finding) : "";
@@ -89,7 +90,8 @@ void print_finding(const Finding& finding) {
     text += join(shown, ", ");
   }
   if (!finding.advice.empty()) text += "; " + finding.advice;
-  print(paragraph(text, 4));
+  out += paragraph(text, 4);
+  return out;
 }
 
 std::string step_text(double seconds) { return std::isfinite(seconds) ? quantity_text(seconds, "s") : ""; }
@@ -107,7 +109,8 @@ std::string bound_text(const StepBound& bound) {
 }
 
 // The springs and dampers that stand the least, each alone.
-void print_springs(const StepBound& bound, const FileFacts& facts) {
+std::string springs_text(const StepBound& bound, const FileFacts& facts) {
+  std::string out;
   std::vector<std::vector<std::string>> rows;
   for (size_t i = 0; i < std::min(bound.springs.size(), kMostSprings); ++i) {
     const ExplicitSpring& spring = bound.springs[i];
@@ -126,10 +129,11 @@ void print_springs(const StepBound& bound, const FileFacts& facts) {
   }
   std::vector<size_t> right(headings.size() - 1);
   std::iota(right.begin(), right.end(), 1);
-  print("\n" + table(headings, rows, right));
+  out += "\n" + table(headings, rows, right);
   if (bound.springs.size() > kMostSprings) {
-    print(paragraph(fmt::format("and {} that stand larger timesteps", bound.springs.size() - kMostSprings)));
+    out += paragraph(fmt::format("and {} that stand larger timesteps", bound.springs.size() - kMostSprings));
   }
+  return out;
 }
 
 bool was_printed(const std::string& note, const std::vector<Problem>& left_out) {
@@ -170,44 +174,50 @@ Json bounds_json(const StepBounds& bounds, const FileFacts& facts) {
           {"with_feedback", bounds.has_feedback ? bound_json(bounds.with_feedback, facts) : Json(nullptr)}};
 }
 
-void print_findings(const std::vector<Finding>& findings, const std::vector<Problem>& left_out) {
-  if (!left_out.empty()) print("\n" + heading("left out") + "\n");
-  for (const Problem& problem : left_out) print(paragraph("  " + problem_text(problem), 4));
+std::string findings_text(const std::vector<Finding>& findings, const std::vector<Problem>& left_out) {
+  std::string out;
+  if (!left_out.empty()) out += "\n" + heading("left out") + "\n";
+  for (const Problem& problem : left_out) out += paragraph("  " + problem_text(problem), 4);
   for (const Level level : {Level::kMend, Level::kKnow}) {
     bool first = true;
     for (const Finding& finding : findings) {
       if (finding.level != level) continue;
-      if (first) print("\n" + heading(level == Level::kMend ? "to mend" : "to know") + "\n");
+      if (first) out += "\n" + heading(level == Level::kMend ? "to mend" : "to know") + "\n";
       first = false;
-      print_finding(finding);
+      out += finding_text(finding);
     }
   }
+  return out;
 }
 
-void print_bounds(const StepBounds& bounds, const FileFacts& facts) {
+std::string bounds_text(const StepBounds& bounds, const FileFacts& facts) {
+  std::string out;
   const bool springs = std::isfinite(bounds.joints.largest);
-  if (bounds.singular || !std::isfinite(bounds.with_feedback.largest)) return;
+  if (bounds.singular || !std::isfinite(bounds.with_feedback.largest)) return out;
   constexpr double kAlike = 1e-3;
   const bool lower = bounds.has_feedback && bounds.with_feedback.largest < (1 - kAlike) * bounds.joints.largest;
-  print("\n" + heading("largest explicit timestep") + "\n");
-  if (springs) print(paragraph("  springs and dampers, at the start pose: " + bound_text(bounds.joints), 4));
+  out += "\n" + heading("largest explicit timestep") + "\n";
+  if (springs) out += paragraph("  springs and dampers, at the start pose: " + bound_text(bounds.joints), 4);
   if (lower) {
-    print(paragraph("  with the actuators' feedback: " + bound_text(bounds.with_feedback), 4));
+    out += paragraph("  with the actuators' feedback: " + bound_text(bounds.with_feedback), 4);
   } else if (bounds.has_feedback) {
-    print(paragraph("  the actuators' feedback does not lower it", 4));
+    out += paragraph("  the actuators' feedback does not lower it", 4);
   }
   const StepBound& least = lower ? bounds.with_feedback : bounds.joints;
-  if (least.largest < kOfInterest) print_springs(least, facts);
+  if (least.largest < kOfInterest) out += springs_text(least, facts);
+  return out;
 }
 
-void print_notes(const Model& model, const std::vector<Problem>& left_out) {
+std::string notes_text(const Model& model, const std::vector<Problem>& left_out) {
+  std::string out;
   bool first = true;
   for (const std::string& note : model.notes) {
     if (was_printed(note, left_out)) continue;
-    if (first) print("\n" + heading("notes") + "\n");
+    if (first) out += "\n" + heading("notes") + "\n";
     first = false;
-    print(paragraph("  " + note, 4));
+    out += paragraph("  " + note, 4);
   }
+  return out;
 }
 
 }  // namespace assay

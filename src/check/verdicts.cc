@@ -644,7 +644,8 @@ std::string brief(const std::vector<std::string>& contenders, const std::vector<
 
 }  // namespace
 
-void print_verdicts(const std::vector<EngineVerdict>& verdicts) {
+std::string verdicts_text(const std::vector<EngineVerdict>& verdicts) {
+  std::string out;
   const auto of_engine = contenders_of_engines(verdicts);
   std::vector<std::vector<std::string>> rows;
   rows.reserve(verdicts.size());
@@ -652,11 +653,13 @@ void print_verdicts(const std::vector<EngineVerdict>& verdicts) {
     rows.push_back({verdict.engine, status(fidelity_text(verdict.worst())), verdict.count(Fidelity::kRefused),
                     verdict.count(Fidelity::kApproximated), brief(verdict.contenders, of_engine.at(verdict.engine))});
   }
-  print("\n" + table({"engine", "verdict", "refused", "approximated", "contenders"}, rows, {2, 3}));
+  out += "\n" + table({"engine", "verdict", "refused", "approximated", "contenders"}, rows, {2, 3});
+  return out;
 }
 
-void print_elements(const std::vector<EngineVerdict>& verdicts, const std::vector<ModelElement>& elements,
-                    const FileFacts& facts) {
+std::string elements_table(const std::vector<EngineVerdict>& verdicts, const std::vector<ModelElement>& elements,
+                           const FileFacts& facts) {
+  std::string out;
   std::vector<EngineVerdict> counted_ones;
   std::ranges::copy_if(verdicts, std::back_inserter(counted_ones),
                        [](const EngineVerdict& v) { return !v.as_a_whole; });
@@ -696,27 +699,30 @@ void print_elements(const std::vector<EngineVerdict>& verdicts, const std::vecto
     rows[row] = {treatment[0], std::to_string(count), lines_text(shown[row], elements, facts),
                  treatment[1], treatment[2],          treatment[3]};
   }
-  print("\n" + table({"elements", "number", "lines", "exact", "approximated by", "refused by"}, rows, {1, 2, 3}));
-  if (partly) print(paragraph("* by some of its contenders"));
+  out += "\n" + table({"elements", "number", "lines", "exact", "approximated by", "refused by"}, rows, {1, 2, 3});
+  if (partly) out += paragraph("* by some of its contenders");
+  return out;
 }
 
-void print_statements(const std::vector<EngineVerdict>& verdicts, const Model& model) {
+std::string statements_text(const std::vector<EngineVerdict>& verdicts, const Model& model) {
+  std::string out;
   const auto of_engine = contenders_of_engines(verdicts);
   const std::vector<Statement> statements = statements_of(verdicts, model);
   for (const Fidelity fidelity : {Fidelity::kRefused, Fidelity::kApproximated}) {
     bool first = true;
     for (const Statement& statement : statements) {
       if (statement.fidelity != fidelity) continue;
-      if (std::exchange(first, false)) print("\n" + status(fidelity_text(fidelity)) + "\n");
-      print(paragraph(fmt::format("  {}: {}", statement.what, statement.how), 4));
+      if (std::exchange(first, false)) out += "\n" + status(fidelity_text(fidelity)) + "\n";
+      out += paragraph(fmt::format("  {}: {}", statement.what, statement.how), 4);
       std::vector<std::string> parts;
       for (const auto& [engine, contenders] : statement.contenders) {
         const std::string names = contenders_text(contenders, of_engine.at(engine));
         parts.push_back(names.starts_with("all ") ? fmt::format("{} ({})", engine, names) : names);
       }
-      print(paragraph("    " + join(parts, ", "), 4));
+      out += paragraph("    " + join(parts, ", "), 4);
     }
   }
+  return out;
 }
 
 }  // namespace assay

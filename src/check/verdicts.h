@@ -46,9 +46,9 @@ Json elements_json(const std::vector<EngineVerdict>& verdicts, const std::vector
                    const FileFacts& facts);
 
 // The verdicts, the elements that engines treat alike, and how.
-void print_verdicts(const std::vector<EngineVerdict>& verdicts);
-void print_elements(const std::vector<EngineVerdict>& verdicts, const std::vector<ModelElement>& elements,
-                    const FileFacts& facts);
-void print_statements(const std::vector<EngineVerdict>& verdicts, const Model& model);
+std::string verdicts_text(const std::vector<EngineVerdict>& verdicts);
+std::string elements_table(const std::vector<EngineVerdict>& verdicts, const std::vector<ModelElement>& elements,
+                           const FileFacts& facts);
+std::string statements_text(const std::vector<EngineVerdict>& verdicts, const Model& model);
 
 }  // namespace assay

@@ -9,6 +9,7 @@
 #include "report/report.h"
 #include "results/store/store.h"
 #include "run/cluster/parts.h"
+#include "run/coordinator/campaign_run.h"
 #include "run/coordinator/run.h"
 
 namespace assay::cli {
@@ -40,31 +41,17 @@ void add_progress(CLI::App& command, RunRequest& request);
 // Whether it is for programs. Throws InputError.
 bool json_progress(const RunRequest& request);
 
-// Adds --replays: timesteps at which keep_replays() runs contenders again. They are read by parse_replays(), which
-// throws InputError.
+// Adds --replays: timesteps at which keep_replays() (report/kept_replays.h) runs contenders again. They are read by
+// parse_replays(), which throws InputError.
 void add_replays(CLI::App& command, std::vector<std::string>& replays);
 std::vector<double> parse_replays(const std::vector<std::string>& replays);
-
-// For each system in `dir`: runs the contenders of the report's replays at each of `timesteps` (ms) that fits the
-// system's samples, and keeps their states. Skips runs that are kept already.
-void keep_replays(const std::string& dir, const std::vector<double>& timesteps);
-
-// Where verdicts of the conformance suite are kept, beside the references; "" where these are not.
-std::string verdicts_dir(const std::optional<std::string>& references);
 
 // How the coordinator is to run it. Throws InputError.
 RunOptions run_options(const RunRequest& request);
 
-// Reads the campaign's file, its models, and what its contenders say of them, in a process of its own
-// (isolate/contained.h): throws InputError for what the program itself would not survive.
-void rehearse_campaign(const std::string& campaign);
-
 // Runs the campaign and prints a summary. True when it is complete, false when it was interrupted or could
 // not measure all cells.
 bool run_and_summarize(const RunRequest& request);
-
-// Prints a line for each of the paper's claims: number, verdict, title, figures.
-void print_claims(const std::string& dir);
 
 // Writes `dir`/report.html and prints its path, and what it does not show. `more`, `options`: see report/report.h.
 void write_report_of(const std::string& dir, const nlohmann::json& more = nlohmann::json::object(),

@@ -13,7 +13,7 @@
 #include "check/model_check.h"
 #include "check/step_bounds.h"
 #include "check/verdicts.h"
-#include "cli/cli.h"
+#include "cli/commands.h"
 #include "cli/model_options.h"
 #include "engines/facts.h"
 #include "isolate/activity.h"
@@ -128,12 +128,12 @@ int check(const CheckOptions& options) {
   print(paragraph(fmt::format("{}: {}, {} DOF, {}, {}", model.name, counted(model.bodies.size(), "body", "bodies"),
                               model.dof(), counted(model.contacts.size(), "contact pair"),
                               quantity_text(model.total_mass(), "kg"))));
-  print_findings(findings, report.problems);
-  print_bounds(bounds, facts);
-  print_verdicts(verdicts);
-  print_elements(verdicts, elements, facts);
-  print_statements(verdicts, model);
-  print_notes(model, report.problems);
+  print(findings_text(findings, report.problems));
+  print(bounds_text(bounds, facts));
+  print(verdicts_text(verdicts));
+  print(elements_table(verdicts, elements, facts));
+  print(statements_text(verdicts, model));
+  print(notes_text(model, report.problems));
   return kDone;
 }
 

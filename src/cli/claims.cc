@@ -1,13 +1,16 @@
 // `assay claims`: what the results say about the paper's findings.
 #include "results/claims/claims.h"
 
+#include <algorithm>
+#include <memory>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
 #include "base/text.h"
-#include "cli/campaign_run.h"
-#include "cli/cli.h"
+#include "cli/commands.h"
+#include "cli/report_parts.h"
 #include "results/results.h"
 #include "results/store/store.h"
 
@@ -37,17 +40,13 @@ std::string counts(const std::vector<Judgement>& all) {
   return join(parts, ", ");
 }
 
-int claims(const ClaimsOptions& options) {
-  if (options.json && options.markdown) throw InputError("--json and --markdown were both given: choose one");
-  const std::vector<Judgement> all = judgements(options.dir, options.file);
-  if (options.json) {
-    print_json(claims_json(all));
-    return kDone;
-  }
-  if (options.markdown) {
-    print(claims_markdown(all));
-    return kDone;
-  }
+}  // namespace
+
+void print_verdicts(const std::string& dir, const std::optional<std::string>& file, bool json, bool markdown) {
+  if (json && markdown) throw InputError("--json and --markdown were both given: choose one");
+  const std::vector<Judgement> all = judgements(dir, file);
+  if (json) return print_json(claims_json(all));
+  if (markdown) return print(claims_markdown(all));
   for (const Judgement& each : all) {
     print(paragraph(heading(fmt::format("{}. {}", each.claim.number, each.claim.title)) + ": " +
                         status(verdict_words(each.verdict)),
@@ -63,10 +62,7 @@ int claims(const ClaimsOptions& options) {
     line("today:", each.today);
   }
   print(fmt::format("\n{}\n", counts(all)));
-  return kDone;
 }
-
-}  // namespace
 
 void print_claims(const std::string& dir) {
   if (!paper_claims_file()) return;
@@ -81,15 +77,22 @@ void print_claims(const std::string& dir) {
 }
 
 void add_claims(CLI::App& app, Action& action) {
-  CLI::App* command = add_command(app, "claims", "Judge the paper's findings by measured results",
-                                  {{"assay claims results", "a verdict on each, with the figures"},
-                                   {"assay claims results --markdown > claims.md", "the same as a document"}});
+  CLI::App* command =
+      add_command(app, "claims",
+                  "Judge the paper's findings by measured results: until 1.0 another name of 'assay report --claims'",
+                  {{"assay claims results", "a verdict on each, with the figures"},
+                   {"assay claims results --markdown > claims.md", "the same as a document"}});
   const auto options = std::make_shared<ClaimsOptions>();
   command->add_option("DIR", options->dir, "Results directory")->required()->type_name("");
   command->add_option("--claims", options->file, "Another claims file (default: the paper's)")->type_name("FILE");
   command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();
   command->add_flag("--markdown", options->markdown, "Print Markdown")->disable_flag_override();
-  command->callback([&action, options] { action = [options] { return claims(*options); }; });
+  command->callback([&action, options] {
+    action = [options] {
+      print_verdicts(options->dir, options->file, options->json, options->markdown);
+      return kDone;
+    };
+  });
 }
 
 }  // namespace assay::cli

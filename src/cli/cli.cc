@@ -1,5 +1,8 @@
 #include "cli/cli.h"
 
+#include <algorithm>
+#include <filesystem>
+
 #include <fmt/format.h>
 
 #include "base/errors.h"
@@ -7,45 +10,54 @@
 #include "cli/help.h"
 
 namespace assay::cli {
+namespace {
+
+// As a shell takes it for one word.
+std::string shell_word(const std::string& text) {
+  constexpr const char* kPlain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_./:=,+%@-~";
+  return text.find_first_not_of(kPlain) == std::string::npos ? text : fmt::format("'{}'", text);
+}
+
+}  // namespace
+
 CLI::App* add_command(CLI::App& app, const std::string& name, const std::string& summary, const Examples& examples) {
   CLI::App* command = app.add_subcommand(name, summary);
   command->footer(examples_text(examples));
   return command;
 }
 
-double parse_positive(const std::string& option, const std::string& text, const std::string& unit) {
-  const auto value = parse_fraction(text);
-  if (!value)
-    throw InputError(fmt::format("{} is '{}', which is not a number: give {}, as in 0.5 or 1/64", option, text, unit));
-  if (*value <= 0) throw InputError(fmt::format("{} is {}: give a positive number of {}", option, text, unit));
-  return *value;
-}
-
-int parse_count(const std::string& option, const std::string& text, int minimum, int maximum) {
-  const auto value = parse_integer(text);
-  if (!value || *value < minimum || *value > maximum) {
-    throw InputError(fmt::format("{} is '{}': give a whole number from {} to {}", option, text, minimum, maximum));
+std::optional<std::vector<std::string>> written_folders(const CLI::App& command) {
+  namespace fs = std::filesystem;
+  std::vector<std::string> folders;
+  for (const char* name : {"--out", "--repair"}) {
+    const CLI::Option* option = command.get_option_no_throw(name);
+    if (option == nullptr || option->count() == 0) continue;
+    const auto file = option->as<std::string>();
+    std::error_code error;
+    if (file.empty() || file == "-") continue;
+    fs::path folder = fs::absolute(file);
+    while (!fs::is_directory(folder, error) && folder.has_relative_path()) folder = folder.parent_path();
+    if (folder.has_relative_path()) folders.push_back(folder);
   }
-  return static_cast<int>(*value);
+  return folders;
 }
 
-bool parse_switch(const std::string& option, const std::string& text) {
-  if (text != "on" && text != "off") throw InputError(fmt::format("{} is '{}': use on or off", option, text));
-  return text == "on";
-}
-
-std::map<std::string, std::string> parse_settings(const std::vector<std::string>& texts) {
-  std::map<std::string, std::string> settings;
-  for (const std::string& text : texts) {
-    const size_t equals = text.find('=');
-    if (equals == std::string::npos || equals == 0) {
-      throw InputError(fmt::format("--set is '{}': write it as key=value, as in --set iterations=20", text));
-    }
-    if (!settings.emplace(text.substr(0, equals), text.substr(equals + 1)).second) {
-      throw InputError(fmt::format("--set names '{}' twice: keep one of them", text.substr(0, equals)));
+std::vector<std::string> given_words(const CLI::App& command, const std::string& group,
+                                     const std::vector<std::string>& but) {
+  std::vector<std::string> words;
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->count() == 0 || option->get_positional() || option->get_lnames().empty()) continue;
+    const std::string name = "--" + option->get_lnames().front();
+    if (std::ranges::find(but, name) != but.end() || (!group.empty() && option->get_group() != group)) continue;
+    if (option->get_items_expected_max() == 0) {
+      words.push_back(name);
+    } else if (option->get_delimiter() != '\0') {
+      words.insert(words.end(), {name, shell_word(join(option->results(), std::string(1, option->get_delimiter())))});
+    } else {
+      for (const std::string& value : option->results()) words.insert(words.end(), {name, shell_word(value)});
     }
   }
-  return settings;
+  return words;
 }
 
 }  // namespace assay::cli

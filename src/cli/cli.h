@@ -1,9 +1,9 @@
-// What the subcommands share: how each is registered and how options are read. What they print goes through
-// base/console.h.
+// What the subcommands share: how each is registered, what it needs, and its options as words. What they print goes
+// through base/console.h.
 #pragma once
 
 #include <functional>
-#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +13,7 @@
 
 #include "base/console.h"
 #include "base/exit_status.h"
+#include "base/option_values.h"
 #include "isolate/interruption.h"
 
 namespace assay::cli {
@@ -23,30 +24,43 @@ using exits::kDone, exits::kFailed, exits::kWrongInput;
 // leave it.
 using Action = std::function<int()>;
 
-// One function a subcommand, each in the file of its name. It adds the subcommand, which sets `action` when it is
-// called.
-void add_engines(CLI::App& app, Action& action);
-void add_systems(CLI::App& app, Action& action);
-void add_check(CLI::App& app, Action& action);
-void add_simulate(CLI::App& app, Action& action);
-void add_run(CLI::App& app, Action& action);
-void add_paper(CLI::App& app, Action& action);
-void add_merge(CLI::App& app, Action& action);
-void add_status(CLI::App& app, Action& action);
-void add_submit(CLI::App& app, Action& action);
-void add_explain(CLI::App& app, Action& action);
-void add_import(CLI::App& app, Action& action);
-void add_transfer(CLI::App& app, Action& action);
-void add_compare(CLI::App& app, Action& action);
-void add_history(CLI::App& app, Action& action);
-void add_report(CLI::App& app, Action& action);
-void add_export(CLI::App& app, Action& action);
-void add_movie(CLI::App& app, Action& action);
-void add_snapshot(CLI::App& app, Action& action);
-void add_recommend(CLI::App& app, Action& action);
-void add_claims(CLI::App& app, Action& action);
-void add_parity(CLI::App& app, Action& action);
-void add_conformance(CLI::App& app, Action& action);
+// ---- commands
+// -------------------------------------------------------------------------------------------------------
+
+enum class Memory {
+  kAny,
+  kShare,    // it reads results: they may be a stranger's, and what they take to be read is for him to choose
+  kMachine,  // the same, and large pictures take more
+};
+
+// What a command needs of the process that runs it.
+struct Needs {
+  Memory memory = Memory::kAny;  // writable memory, of what it starts, too
+  // It reads models and loads plugins, and writes no results: it does that in a process of its own
+  // (isolate/contained.h). The others rehearse that part.
+  bool contained = false;
+  // Folders that it may write then, of the parsed command; empty where it starts processes that are confined on their
+  // own.
+  std::optional<std::vector<std::string>> (*writable)(const CLI::App& command) = nullptr;  // default: written_folders()
+};
+
+struct Command {
+  const char* name;
+  const char* group;  // of the help; "": it is not shown there
+  // In the file of its name: adds the subcommand, which sets `action` when it is called.
+  void (*add)(CLI::App& app, Action& action);
+  Needs needs = {};
+};
+
+// All of them, in the order of the help.
+const std::vector<Command>& commands();
+
+// Folders of the files that a command is to write: those of --out and --repair.
+std::optional<std::vector<std::string>> written_folders(const CLI::App& command);
+// The same with the folder of kept verdicts, for `assay conformance --long`.
+std::optional<std::vector<std::string>> verdict_folders(const CLI::App& command);
+// The same for a picture; empty for a movie, for which an encoder and workers are started.
+std::optional<std::vector<std::string>> drawing_folders(const CLI::App& command);
 
 // ---- options --------------------------------------------------------------------------------------------------------
 
@@ -54,16 +68,9 @@ void add_conformance(CLI::App& app, Action& action);
 using Examples = std::vector<std::pair<std::string, std::string>>;
 CLI::App* add_command(CLI::App& app, const std::string& name, const std::string& summary, const Examples& examples);
 
-// A positive number with or without a fraction bar. Throws InputError that names the option, the value and its unit.
-double parse_positive(const std::string& option, const std::string& text, const std::string& unit);
-
-// A whole number from `minimum` to `maximum`.
-int parse_count(const std::string& option, const std::string& text, int minimum, int maximum);
-
-// "on" or "off".
-bool parse_switch(const std::string& option, const std::string& text);
-
-// "key=value" texts into a map; a key twice is an error.
-std::map<std::string, std::string> parse_settings(const std::vector<std::string>& texts);
+// The options that were given, as words of a command line in the order of the help: "--ground", "--keyframe", "home".
+// Without arguments and without those of `but`; with `group`, those of that group of the help alone.
+std::vector<std::string> given_words(const CLI::App& command, const std::string& group = "",
+                                     const std::vector<std::string>& but = {});
 
 }  // namespace assay::cli

@@ -10,7 +10,7 @@
 #include "base/json.h"
 #include "base/output_file.h"
 #include "base/text.h"
-#include "cli/cli.h"
+#include "cli/commands.h"
 #include "cli/compare.h"
 #include "results/compare/history.h"
 
@@ -29,23 +29,6 @@ struct HistoryCommand {
   CompareFlags flags;
   std::optional<std::string> format, out;
 };
-
-// "5%", "5 %" or "0.05". A plain number from 1 on is refused: 5 for "5%" would mean 500 %, which nothing ever exceeds.
-double parse_share(const std::string& option, const std::string& text) {
-  std::string number = text;
-  const bool percent = number.ends_with('%');
-  if (percent) number.pop_back();
-  while (number.ends_with(' ')) number.pop_back();
-  const auto value = parse_number(number);
-  if (!value || *value < 0) {
-    throw InputError(fmt::format("{} is '{}': give a share that is not negative, such as 5%", option, text));
-  }
-  if (!percent && *value >= 1) {
-    throw InputError(fmt::format("{0} is '{1}', which is {2} %: add %, as in {1}%, or give a number below 1", option,
-                                 text, shortest(100 * *value)));
-  }
-  return percent ? *value / 100 : *value;
-}
 
 void write(const std::optional<std::string>& out, const std::string& text) {
   OutputFile file(out.value_or("-"));

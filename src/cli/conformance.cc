@@ -2,28 +2,21 @@
 #include "conformance/conformance.h"
 
 #include <algorithm>
-#include <csignal>
+#include <filesystem>
 #include <map>
 #include <optional>
 
 #include <fmt/format.h>
 
 #include "base/errors.h"
-#include "base/json.h"
-#include "base/quantity.h"
+#include "base/option_values.h"
 #include "base/text.h"
-#include "campaign/campaign.h"
-#include "cli/campaign_run.h"
-#include "cli/cli.h"
-#include "conformance/kept_verdicts.h"
+#include "cli/commands.h"
 #include "conformance/markdown.h"
 #include "engines/builds.h"
-#include "engines/engine_files.h"
-#include "isolate/activity.h"
-#include "isolate/guarded_child.h"
-#include "isolate/machine_lack.h"
-#include "isolate/processes.h"
-#include "isolate/sandbox.h"
+#include "engines/registry.h"
+#include "run/coordinator/campaign_run.h"
+#include "run/coordinator/suite.h"
 
 namespace assay::cli {
 namespace {
@@ -78,32 +71,6 @@ void check_tests(const std::vector<std::string>& names) {
   }
 }
 
-Json result_json(const ConformanceResult& result) {
-  Json json = {{"test", result.test},     {"status", status_text(result.status)},
-               {"figure", result.figure}, {"tolerance", result.tolerance},
-               {"unit", result.unit},     {"note", result.note}};
-  for (const TimestepResult& each : result.timesteps) {
-    json["timesteps"].push_back({{"timestep_ms", 1e3 * each.timestep},
-                                 {"status", status_text(each.status)},
-                                 {"figure", each.figure},
-                                 {"tolerance", each.tolerance}});
-  }
-  return json;
-}
-
-ConformanceResult result_of(const Json& json) {
-  const auto status = [](const Json& of) { return parse_conformance_status(of.at("status").get<std::string>()); };
-  ConformanceResult result{json.at("test").get<std::string>(), status(json),
-                           json.at("figure").get<double>(),    json.at("tolerance").get<double>(),
-                           json.at("unit").get<std::string>(), json.at("note").get<std::string>()};
-  if (!json.contains("timesteps")) return result;
-  for (const Json& at : json.at("timesteps")) {
-    result.timesteps.push_back({at.at("timestep_ms").get<double>() / 1e3, status(at), at.at("figure").get<double>(),
-                                at.at("tolerance").get<double>()});
-  }
-  return result;
-}
-
 std::string result_line(const Json& result) {
   const auto text = [&](const char* key) { return result.at(key).get<std::string>(); };
   constexpr size_t kStatusWidth = 15;  // "not-applicable " is the longest
@@ -117,130 +84,6 @@ std::string result_line(const Json& result) {
   if (text("note").empty()) return paragraph(line, 4);
   if (!terminal_columns(stdout)) return paragraph(line + "  " + text("note"));
   return paragraph(line, 4) + paragraph("    " + text("note"), 4);
-}
-
-// Names of the tests that were asked for, in the order in which they run.
-std::vector<std::string> wanted_tests(const Options& options) {
-  std::vector<std::string> wanted;
-  for (const ConformanceTest& test : conformance_tests()) {
-    const bool all = options.tests.empty();
-    if (all || std::ranges::find(options.tests, test.name) != options.tests.end()) wanted.push_back(test.name);
-  }
-  return wanted;
-}
-
-double limit_of(const Options& options) {
-  if (options.time_limit) return parse_positive("--time-limit", *options.time_limit, "seconds");
-  return options.long_series ? kMostLongTestSeconds : kMostTestSeconds;
-}
-
-// Verdicts of the long series, which takes up to hours: each is kept as soon as it is there.
-class KeptSeries {
- public:
-  KeptSeries(const ResolvedContender& contender, const Options& options) {
-    const std::string folder = options.long_series ? verdicts_dir(std::nullopt) : "";
-    if (folder.empty()) return;
-    CampaignContender kept;
-    kept.resolved = contender;
-    kept.plugin_hash = Registry::instance().plugin_hash(contender.engine->name());
-    path_ = kept_verdicts_file(folder, kept.content(), /*long_series=*/true);
-    results_ = kept_verdicts(path_);
-  }
-
-  // Null when there is none.
-  const ConformanceResult* find(const std::string& test) const {
-    const auto found = std::ranges::find(results_, test, &ConformanceResult::test);
-    return found == results_.end() ? nullptr : &*found;
-  }
-
-  void add(const ConformanceResult& result) {
-    if (path_.empty() || result.status == ConformanceStatus::kNotRun) return;
-    std::erase_if(results_, [&](const ConformanceResult& old) { return old.test == result.test; });
-    results_.push_back(result);
-    keep_verdicts(path_, results_);
-  }
-
- private:
-  std::string path_;  // empty: nothing is kept
-  std::vector<ConformanceResult> results_;
-};
-
-// Runs the suite on one contender in a process of its own, because an adapter under development may crash. It goes on
-// in another one when somebody else has ended the first, or its memory is running out.
-Json examine(const ResolvedContender& contender, const Options& options) {
-  const double limit_s = limit_of(options);
-  KeptSeries series(contender, options);
-  Json results = Json::array();
-  const auto show = [&](const Json& result) {
-    if (options.lines()) {
-      print(result_line(result));
-      flush_output();
-    }
-    results.push_back(result);
-  };
-  const auto take = [&](const std::string& line) {
-    const Json result = Json::parse(line);
-    series.add(result_of(result));
-    show(result);
-  };
-  if (options.lines()) print(heading(contender.name) + "\n");
-  std::vector<std::string> wanted;
-  for (std::string& test : wanted_tests(options)) {
-    const ConformanceResult* kept = options.again ? nullptr : series.find(test);
-    if (kept == nullptr) {
-      wanted.push_back(std::move(test));
-      continue;
-    }
-    Json result = result_json(*kept);
-    result["kept"] = true;
-    show(result);
-  }
-  const size_t shown = results.size();
-  constexpr int kMostTries = 3;
-  for (int lost = 0; results.size() < shown + wanted.size();) {
-    const size_t ran = results.size() - shown;
-    const ChildEnd end = run_in_child(
-        [&](const Send& send) {
-          std::signal(SIGINT, SIG_DFL);
-          std::signal(SIGTERM, SIG_DFL);
-          // an adapter writes no verdicts
-          if (options.long_series) enter_sandbox({.read_everything = true, .writable = engine_caches()});
-          ConformanceOptions suite;
-          suite.long_series = options.long_series;
-          suite.on_result = [&](const ConformanceResult& result) { send(dump_json(result_json(result))); };
-          for (size_t i = ran; i < wanted.size() && (i == ran || !is_half_full()); ++i) {
-            suite.tests = {wanted[i]};
-            run_conformance(contender, suite);
-          }
-          return kDone;
-        },
-        take, limit_s);
-    if (interrupted())
-      throw SystemError(options.long_series ? "interrupted: the verdicts above are kept, the same command continues"
-                                            : "interrupted: the tests above were completed");
-    // an engine may also end its process in an orderly way: what counts is whether results come
-    const bool orderly = end.signal == 0 && end.status == kDone, has_more = results.size() > shown + ran;
-    if (orderly && has_more) continue;
-    const size_t next = results.size() - shown;
-    const std::string at = next < wanted.size() ? wanted[next] : "end of the suite";
-    if (end.from_outside()) {
-      lost = has_more ? 1 : lost + 1;
-      if (lost == kMostTries) throw EndedFromOutside(fmt::format("{} of {}", at, contender.name), end.signal);
-      continue;
-    }
-    ConformanceResult result;
-    result.test = at;
-    result.status = ConformanceStatus::kFail;
-    result.note = end.signal != 0 ? fmt::format("crashed with {}", end.signal_text()) : "the process ended early";
-    if (!end.stopped.empty()) result.note = end.stopped;
-    if (const std::string limit = inherited_memory_limit(); !limit.empty() && end.stopped.empty()) {
-      result.status = ConformanceStatus::kNotRun;
-      result.note += fmt::format(", and this shell allows {}", limit);
-    }
-    show(result_json(result));  // not kept: it may depend on more than the program and the contender
-    break;
-  }
-  return results;
 }
 
 int list_tests(bool as_json) {
@@ -258,6 +101,11 @@ int list_tests(bool as_json) {
   return kDone;
 }
 
+double limit_of(const Options& options) {
+  if (options.time_limit) return parse_positive("--time-limit", *options.time_limit, "seconds");
+  return options.long_series ? kMostLongTestSeconds : kMostTestSeconds;
+}
+
 int conformance(const Options& options) {
   if (options.list) return list_tests(options.json);
   check_tests(options.tests);
@@ -265,8 +113,15 @@ int conformance(const Options& options) {
   std::vector<std::string> failed, not_run;
   std::vector<std::string> names = options.contenders;
   names.insert(names.end(), options.engines.begin(), options.engines.end());
+  const SuiteRequest suite{
+      .tests = options.tests, .long_series = options.long_series, .again = options.again, .limit_s = limit_of(options)};
   for (const ResolvedContender& contender : chosen(names)) {
-    const Json results = examine(contender, options);
+    if (options.lines()) print(heading(contender.name) + "\n");
+    const Json results = suite_apart(contender, suite, [&](const Json& result) {
+      if (!options.lines()) return;
+      print(result_line(result));
+      flush_output();
+    });
     std::map<std::string, int> counts;
     for (const Json& result : results) ++counts[result.at("status").get<std::string>()];
     const bool passed = counts["fail"] + counts["not-run"] == 0;
@@ -298,6 +153,16 @@ int conformance(const Options& options) {
 }
 
 }  // namespace
+
+std::optional<std::vector<std::string>> verdict_folders(const CLI::App& command) {
+  auto folders = written_folders(command);
+  if (command.count("--long") == 0) return folders;
+  std::error_code error;
+  const std::string kept = verdicts_dir(std::nullopt);
+  if (!kept.empty()) std::filesystem::create_directories(kept, error);
+  if (!kept.empty() && !error) folders->push_back(kept);
+  return folders;
+}
 
 void add_conformance(CLI::App& app, Action& action) {
   CLI::App* command = add_command(

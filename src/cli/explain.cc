@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cctype>
 #include <chrono>
-#include <csignal>
 #include <memory>
+#include <optional>
 #include <tuple>
 
 #include <fmt/format.h>
@@ -16,93 +16,20 @@
 #include "base/text.h"
 #include "check/parity/certificate.h"
 #include "cli/answer.h"
-#include "cli/cli.h"
-#include "cli/explain_question.h"
+#include "cli/commands.h"
+#include "cli/control_options.h"
+#include "cli/model_options.h"
 #include "engines/engine_files.h"
+#include "engines/facts.h"
+#include "explain/question.h"
+#include "explain/robots.h"
 #include "explain/runs.h"
-#include "isolate/guarded_child.h"
 #include "isolate/contained.h"
-#include "isolate/processes.h"
-#include "isolate/sandbox.h"
 
 namespace assay::cli {
 namespace {
 
 using ProgressClock = std::chrono::steady_clock;
-
-// ---- the robot, by parity -----------------------------------------------------------------------------------------------
-
-// A side's contender, which is given the side's model: its changes of the model are the engine's fault to parity.
-struct FaultyContender {
-  explicit FaultyContender(const Side& side) {
-    Recipe recipe = recipe_of(side);
-    std::erase_if(recipe.changes, [](const RunChange& change) { return change.kind == ChangeKind::kDampers; });
-    engine = changed_engine(*recipe.contender.engine, recipe.changes);
-    contender = std::move(recipe.contender);
-    contender.name = side.contender;
-    contender.engine = engine.get();
-  }
-  std::unique_ptr<Engine> engine;
-  ResolvedContender contender;
-};
-
-// The certificate of one side, by itself or beside the other one.
-Json examined(const ExplainQuestion& question, const Side& side, const parity::Bench& bench,
-              const Side* beside = nullptr) {
-  Json certificate;
-  const ChildEnd end = run_in_child(
-      [&](const Send& send) {
-        std::signal(SIGINT, SIG_DFL);
-        std::signal(SIGTERM, SIG_DFL);
-        enter_sandbox({.readable = engine_files(), .writable = engine_caches()});
-        const FaultyContender own(side);
-        const std::optional<FaultyContender> other =
-            beside != nullptr ? std::optional<FaultyContender>(*beside) : std::nullopt;
-        const parity::Certificate found =
-            parity::examine(question.model, bench, own.contender, other ? &other->contender : nullptr);
-        send(dump_json(parity::certificate_json(question.model, found)));
-        return kDone;
-      },
-      [&](const std::string& line) { certificate = Json::parse(line); });
-  if (interrupted()) throw SystemError("interrupted: nothing was found out");
-  if (certificate.is_null() && end.from_outside()) {
-    throw EndedFromOutside(fmt::format("examining {}", side.contender), end.signal);
-  }
-  if (certificate.is_null()) {
-    parity::Certificate failed;
-    failed.contender = side.contender;
-    failed.failure = end.signal != 0 ? "it crashed with " + end.signal_text() : "its process ended early";
-    certificate = parity::certificate_json(question.model, failed);
-  }
-  return certificate;
-}
-
-// "joint 'knee'" -> "knee", "body 'shank' of joint 'knee'" -> "shank".
-std::string quoted_name(const std::string& element) {
-  const size_t first = element.find('\'');
-  if (first == std::string::npos) return "";
-  const size_t of = element.find("' of joint '", first);
-  const size_t last = of == std::string::npos ? element.rfind('\'') : of;
-  return last > first ? element.substr(first + 1, last - first - 1) : "";
-}
-
-bool is_open(const Json& certificate) { return certificate.at("verdict") == "not settled"; }
-
-bool same_engine(const Side& a, const Side& b) {
-  return recipe_of(a).contender.engine == recipe_of(b).contender.engine;
-}
-
-std::vector<SeenParameter> seen_in(const Json& certificate, bool in_b) {
-  std::vector<SeenParameter> seen;
-  if (certificate.at("verdict") != "differs") return seen;
-  for (const Json& cause : certificate.at("causes")) {
-    const std::string element = quoted_name(cause.at("element").get<std::string>());
-    if (element.empty()) continue;
-    seen.push_back({in_b, cause.at("parameter").get<std::string>(), element, cause.at("change").get<double>(),
-                    cause.at("alike").get<std::vector<std::string>>()});
-  }
-  return seen;
-}
 
 // ---- words --------------------------------------------------------------------------------------------------------------
 
@@ -242,107 +169,36 @@ void add_remaining(const Explanation& found, Answer& answer) {
                           100 * found.remaining.value / found.gap.value));
 }
 
-// ---- JSON ---------------------------------------------------------------------------------------------------------------
-
-Json interval_json(const Interval& interval) {
-  return {{"value", interval.value}, {"low", interval.low}, {"high", interval.high}};
-}
-
-Json rate_json(const std::optional<double>& rate) { return rate ? Json(*rate) : Json(); }
-
-Json side_json(const Side& side) {
-  Json settings = Json::object();
-  for (const auto& [name, value] : side.overrides) settings[name] = value;
-  return {{"contender", side.contender}, {"settings", settings}, {"changes", change_texts(side.changes)}};
-}
-
-Json result_json(const SwapResult& result) {
-  const bool measured = result.failure.empty();
-  return {{"cause", result.swap.cause},
-          {"swap", result.swap.words},
-          {"advice", result.swap.advice},
-          {"changes_a", change_texts(result.swap.a)},
-          {"changes_b", change_texts(result.swap.b)},
-          {"share", measured ? interval_json(result.share) : Json()},
-          {"gap_m", measured ? interval_json(result.gap) : Json()},
-          {"starts", result.starts},
-          {"closes", result.closes()},
-          {"fall_rate_a", rate_json(result.fall_rate_a)},
-          {"fall_rate_b", rate_json(result.fall_rate_b)},
-          {"failure", result.failure}};
-}
-
-Json explanation_json(const ExplainQuestion& question, const Explanation& found, const Swaps& swaps, double tolerance,
-                      const Json& certificates) {
-  Json causes = Json::array(), where = Json::array(), advice = Json::array(), not_possible = Json::array();
-  for (const SwapResult& result : found.causes) causes.push_back(result_json(result));
-  for (const SwapResult& result : found.where) where.push_back(result_json(result));
-  for (const AdviceStep& step : found.advice) {
-    const Swap& swap = found.causes[step.result].swap;
-    advice.push_back({{"cause", swap.cause},
-                      {"advice", swap.advice},
-                      {"changes_a", change_texts(swap.a)},
-                      {"changes_b", change_texts(swap.b)},
-                      {"share_with_those_before", interval_json(step.share)}});
-  }
-  Json known = Json::array();
-  for (const KnownDeviation& each : found.concerned) {
-    known.push_back({{"side", each.in_b ? "B" : "A"}, {"of", each.of}, {"reason", each.reason}});
-  }
-  for (const NoSwap& each : swaps.not_possible) not_possible.push_back({{"cause", each.cause}, {"why", each.why}});
-  return {{"system", question.model.name},
-          {"model", question.spec.path},
-          {"model_hash", question.model.hash},
-          {"notes", question.model.notes},
-          {"a", side_json(question.a)},
-          {"b", side_json(question.b)},
-          {"control", question.control->description()},
-          {"timestep_ms", question.timestep_ms},
-          {"seconds", question.seconds()},
-          {"sample_ms", question.sample_ms},
-          {"starts", question.starts},
-          {"seed", question.states.seed},
-          {"far_m", kFarMetres},
-          {"tolerance_m", tolerance},
-          {"verdict", gap_verdict_text(found.verdict)},
-          {"gap_m", interval_json(found.gap)},
-          {"gaps_m", found.gaps},
-          {"parted", found.parted},
-          {"timestep_gap_m", found.timestep_gap},
-          {"ended_early_a", found.early_a},
-          {"ended_early_b", found.early_b},
-          {"fall_rate_a", rate_json(found.fall_rate_a)},
-          {"fall_rate_b", rate_json(found.fall_rate_b)},
-          {"parity", certificates},
-          {"causes", causes},
-          {"where", where},
-          {"not_possible", not_possible},
-          {"known_deviations", known},
-          {"wrong", found.wrong_is_b ? Json(*found.wrong_is_b ? "B" : "A") : Json()},
-          {"advice", advice},
-          {"remaining_m", interval_json(found.remaining)}};
-}
-
 // ---- the command --------------------------------------------------------------------------------------------------------
 
-// What rounding explains, of a run of some seconds.
-double tolerance_of(const ExplainQuestion& question) {
-  constexpr double kDouble = 1e-7, kSingle = 1e-5;  // m
-  for (const Side* side : {&question.a, &question.b}) {
-    const ResolvedContender contender = recipe_of(*side).contender;
-    if (contender.engine->capabilities(contender.settings).precision == Precision::kSingle) return kSingle;
+struct ExplainOptions {
+  ExplainRequest request;
+  ModelOptions model;  // or a results directory
+  std::optional<std::string> control;
+  PolicyOptions policy;
+  bool json = false;
+  const CLI::App* command = nullptr;
+};
+
+ExplainRequest request_of(const ExplainOptions& options) {
+  ExplainRequest request = options.request;
+  request.model = options.model.model;
+  request.load = load_options(options.model);
+  const std::vector<std::string> words = given_words(*options.command, kModelGroup);
+  if (!words.empty()) request.load_option = words.front();
+  request.policy_given = options.policy.any();
+  request.control_given = options.control || request.policy_given;
+  // of results it is refused in a sentence of its own
+  if (!holds_results(request.model)) {
+    request.control = control_given(options.control, options.policy).value_or(ControlSpec());
   }
-  return kDouble;
+  return request;
 }
 
-// The same robot in both: one certificate says it.
-bool same_robot(const Side& a, const Side& b) {
-  return a.contender == b.contender && a.overrides == b.overrides && a.changes == b.changes;
-}
-
-int run_explain(const ExplainRequest& request) {
+int run_explain(const ExplainOptions& options) {
+  const ExplainRequest request = request_of(options);
   rehearse(
-      fmt::format("reading '{}'", request.model.model),
+      fmt::format("reading '{}'", request.model),
       [&] {
         const ExplainQuestion question = explain_question(request);
         question.control->rehearse();
@@ -351,7 +207,7 @@ int run_explain(const ExplainRequest& request) {
   const ExplainQuestion question = explain_question(request);
   tell_notes(question.model);
   const Pairing pairing = question.pairing();
-  const double tolerance = tolerance_of(question);
+  const double tolerance = rounding_gap(question);
   ProgressLine progress;
   ProgressClock::time_point since = ProgressClock::now();
   const MakeRuns runner = worker_runner({.model = question.spec,
@@ -374,22 +230,10 @@ int run_explain(const ExplainRequest& request) {
   Swaps swaps;
   Json certificates = Json::array();
   const auto candidates = [&] {
-    std::vector<SeenParameter> seen;
-    if (question.model.dof() > 0) {
-      const parity::Bench bench(question.model, {.samples = 2});
-      for (const Side* side : {&question.a, &question.b}) {
-        const bool in_b = side == &question.b;
-        if (progress.due()) progress.show(fmt::format("{}: the robot of {}", question.model.name, side->contender));
-        const bool same = in_b && same_robot(question.a, question.b);
-        certificates.push_back(same ? certificates[0] : examined(question, *side, bench));
-        const bool open = in_b && !same && (is_open(certificates[0]) || is_open(certificates[1]));
-        if (open && same_engine(question.a, question.b)) {
-          certificates[1] = examined(question, question.b, bench, &question.a);
-        }
-        for (SeenParameter& each : seen_in(certificates.back(), in_b)) seen.push_back(std::move(each));
-      }
-    }
-    swaps = swaps_for(pairing, seen);
+    swaps = swaps_for(pairing, seen_parameters(question, certificates, [&](const Side& side) {
+                        if (progress.due())
+                          progress.show(fmt::format("{}: the robot of {}", question.model.name, side.contender));
+                      }));
     return swaps.swaps;
   };
   const Explanation found = explain(pairing, candidates, runner,
@@ -398,7 +242,7 @@ int run_explain(const ExplainRequest& request) {
                                      .tolerance = tolerance,
                                      .known = known_deviations(pairing)});
   progress.clear();
-  if (request.json) {
+  if (options.json) {
     print_json(explanation_json(question, found, swaps, tolerance, certificates));
     return kDone;
   }
@@ -441,34 +285,36 @@ void add_explain(CLI::App& app, Action& action) {
                     "as assay run cart_pole.xml --policy-config measured it"},
                    {"assay explain humanoid ode-quick ode-step --control hold --timestep 2", "under another control"},
                    {"assay explain my_robot.xml dart dart --change-b damping=2", "what one change does"}});
-  const auto request = std::make_shared<ExplainRequest>();
-  command->add_option("MODEL", request->model.model, "MJCF or URDF file, a system's name, or a results directory")
+  const auto options = std::make_shared<ExplainOptions>();
+  options->command = command;
+  ExplainRequest& request = options->request;
+  command->add_option("MODEL", options->model.model, "MJCF or URDF file, a system's name, or a results directory")
       ->required()
       ->type_name("");
-  command->add_option("A", request->a, "Contender")->required()->type_name("");
-  command->add_option("B", request->b, "Contender that parts from it")->required()->type_name("");
+  command->add_option("A", request.a, "Contender")->required()->type_name("");
+  command->add_option("B", request.b, "Contender that parts from it")->required()->type_name("");
   command
-      ->add_option("--control", request->control,
+      ->add_option("--control", options->control,
                    "passive, sine, actuators, hold, random, or a CSV file of torques (default: actuators)")
       ->type_name("CONTROL");
-  add_policy_options(*command, request->policy);
+  add_policy_options(*command, options->policy);
   command
-      ->add_option("--timestep", request->timestep,
+      ->add_option("--timestep", request.timestep,
                    "Timestep in milliseconds, also as a fraction (default: the policy's of training, else 1)")
       ->type_name("MS");
-  command->add_option("--seconds", request->seconds, "Length of a run (default: 2, under a policy 4)")->type_name("S");
-  command->add_option("--seeds", request->seeds, "Perturbed starts (default: 10)")->type_name("N");
-  command->add_option("--system", request->system, "Of results with several systems, the one")->type_name("NAME");
+  command->add_option("--seconds", request.seconds, "Length of a run (default: 2, under a policy 4)")->type_name("S");
+  command->add_option("--seeds", request.seeds, "Perturbed starts (default: 10)")->type_name("N");
+  command->add_option("--system", request.system, "Of results with several systems, the one")->type_name("NAME");
   for (const auto& [name, changes, meaning] :
-       {std::tuple("--change-a", &request->changes_a,
+       {std::tuple("--change-a", &request.changes_a,
                    "Changes A, as in armature=off, gear:knee=-1, set:iterations=50; may be repeated"),
-        std::tuple("--change-b", &request->changes_b, "The same of B")}) {
+        std::tuple("--change-b", &request.changes_b, "The same of B")}) {
     command->add_option(name, *changes, meaning)->type_name("CHANGE")->allow_extra_args(false);
   }
-  command->add_option("--jobs", request->jobs, "Runs at a time (default: one a core)")->type_name("N");
-  command->add_flag("--json", request->json, "Print JSON")->disable_flag_override();
-  add_load_options(*command, request->model);
-  command->callback([&action, request] { action = [request] { return run_explain(*request); }; });
+  command->add_option("--jobs", request.jobs, "Runs at a time (default: one a core)")->type_name("N");
+  command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();
+  add_load_options(*command, options->model);
+  command->callback([&action, options] { action = [options] { return run_explain(*options); }; });
 }
 
 }  // namespace assay::cli

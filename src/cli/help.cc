@@ -111,6 +111,7 @@ std::string HelpFormatter::make_subcommands(const CLI::App* app, CLI::AppFormatM
   const std::vector<const CLI::App*> commands = app->get_subcommands({});
   for (size_t i = 0; i < commands.size(); ++i) {
     const std::string group = commands[i]->get_group();
+    if (group.empty()) continue;
     rows.emplace_back(commands[i]->get_name(), commands[i]->get_description());
     if (i + 1 < commands.size() && commands[i + 1]->get_group() == group) continue;
     text += entries(group, rows);

@@ -11,7 +11,7 @@
 #include "base/input_file.h"
 #include "base/output_file.h"
 #include "base/text.h"
-#include "cli/cli.h"
+#include "cli/commands.h"
 #include "cli/model_options.h"
 #include "controls/csv_line.h"
 #include "controls/isaac_env.h"

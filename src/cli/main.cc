@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <fcntl.h>
-#include <filesystem>
 #include <iterator>
 #include <memory>
 #include <new>
@@ -20,8 +19,9 @@
 #include "base/errors.h"
 #include "base/output_file.h"
 #include "base/text.h"
-#include "cli/campaign_run.h"
 #include "cli/cli.h"
+#include "cli/commands.h"
+#include "cli/completion.h"
 #include "cli/help.h"
 #include "engines/engine_files.h"
 #include "isolate/contained.h"
@@ -38,17 +38,6 @@ constexpr const char* kDescription =
 const Examples kExamples = {{"assay check my_robot.xml", "what each engine does with a model of your own"},
                             {"assay paper --quick --out results", "measure the paper's systems in a few minutes"},
                             {"assay recommend results humanoid --error 1mm", "the fastest contender within an error"}};
-
-struct Group {
-  const char* title;
-  std::vector<void (*)(CLI::App&, Action&)> commands;
-};
-const std::vector<Group> kGroups = {
-    {"Engines and models", {add_engines, add_systems, add_check, add_parity, add_conformance, add_import}},
-    {"Measurements", {add_simulate, add_run, add_paper, add_submit, add_status, add_merge}},
-    {"Results",
-     {add_recommend, add_transfer, add_explain, add_report, add_compare, add_history, add_claims, add_export, add_movie,
-      add_snapshot}}};
 
 // The subcommand that was called, or the program itself.
 const CLI::App* called(const CLI::App& app) {
@@ -80,39 +69,12 @@ std::string unexpected_argument(const CLI::App& app, const CLI::App& command) {
   return "";
 }
 
-// Folders of what a command is to write. Empty for the one that starts a film's encoder and workers, which are confined
-// on their own.
-std::optional<std::vector<std::string>> writable_of(const CLI::App& command) {
-  namespace fs = std::filesystem;
-  if (command.get_name() == "movie") return std::nullopt;
-  std::vector<std::string> folders;
-  for (const char* name : {"--out", "--repair"}) {
-    const CLI::Option* option = command.get_option_no_throw(name);
-    if (option == nullptr || option->count() == 0) continue;
-    const auto file = option->as<std::string>();
-    std::error_code error;
-    if (file.empty() || file == "-") continue;
-    fs::path folder = fs::absolute(file);
-    while (!fs::is_directory(folder, error) && folder.has_relative_path()) folder = folder.parent_path();
-    if (folder.has_relative_path()) folders.push_back(folder);
-  }
-  if (command.get_name() == "conformance" && command.count("--long") > 0) {
-    // verdicts of the long series are kept
-    std::error_code error;
-    const std::string kept = verdicts_dir(std::nullopt);
-    if (!kept.empty()) fs::create_directories(kept, error);
-    if (!kept.empty() && !error) folders.push_back(kept);
-  }
-  return folders;
-}
-
 // A model that its own run replaces would be gone. Options whose value is no file are left out: a file may be called 1.
 void check_outputs(const CLI::App& command) {
-  constexpr std::array<std::string_view, 4> kFiles = {"qpos", "control", "policy", "policy-config"};
   std::vector<std::string> given;
   for (const CLI::Option* option : command.get_options()) {
-    const bool names_file = std::ranges::any_of(
-        option->get_lnames(), [&](const std::string& name) { return std::ranges::find(kFiles, name) != kFiles.end(); });
+    const std::string kind = option->get_type_name();
+    const bool names_file = (kind.starts_with("FILE") || kind == "CONTROL") && !option->check_lname("out");
     if (!names_file && !option->get_positional()) continue;
     for (const std::string& value : option->results()) given.push_back(value);
   }
@@ -122,15 +84,10 @@ void check_outputs(const CLI::App& command) {
   }
 }
 
-// The writable memory, in bytes, of a command that reads results. They may be a stranger's, and what they take to be
-// read is for him to choose. Nothing for other commands.
-std::optional<std::uint64_t> reading_memory(const std::string& command) {
-  constexpr std::array<std::string_view, 8> kReaders = {"recommend", "report", "compare", "history",
-                                                        "claims",    "export", "status",  "merge"};
-  constexpr std::array<std::string_view, 2> kDrawers = {"movie", "snapshot"};  // large pictures take more
-  if (std::ranges::find(kReaders, command) != kReaders.end()) return WorkerLimits::of_share(1).memory_bytes;
-  if (std::ranges::find(kDrawers, command) != kDrawers.end()) return WorkerLimits::of_machine().memory_bytes;
-  return std::nullopt;
+// The writable memory, in bytes, of a command that needs some. Nothing for other commands.
+std::optional<std::uint64_t> memory_bytes(Memory memory) {
+  if (memory == Memory::kAny) return std::nullopt;
+  return (memory == Memory::kShare ? WorkerLimits::of_share(1) : WorkerLimits::of_machine()).memory_bytes;
 }
 
 // The limit holds for what it starts, too.
@@ -171,11 +128,11 @@ std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
 }
 
 // A word that is no subcommand's name gets the nearest one, which CLI11 cannot know.
-void check_command(const CLI::App& app, const std::string& word) {
+void check_command(const std::string& word) {
   std::vector<std::string> names;
-  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-    names.push_back(command->get_name());
-    if (command->get_name() == word) return;
+  for (const Command& command : commands()) {
+    if (command.name == word) return;
+    if (*command.group != '\0') names.emplace_back(command.name);
   }
   throw InputError(fmt::format("unknown command '{}'{}", word, did_you_mean(word, names)));
 }
@@ -192,22 +149,21 @@ int run(int argc, char** argv) {
   app.get_formatter()->label("SUBCOMMAND", "COMMAND");
   app.option_defaults()->always_capture_default(false);
   app.require_subcommand(0, 1);
-  for (const auto& [title, commands] : kGroups) {
-    for (const auto& add : commands) {
-      add(app, action);
-      app.get_subcommands({}).back()->group(title);
-    }
+  for (const Command& command : commands()) {
+    command.add(app, action);
+    app.get_subcommands({}).back()->group(command.group);
   }
   app.footer(examples_text(kExamples,
                            "'assay COMMAND --help' shows a command's options and examples. NO_COLOR=1 switches colours "
                            "off."));
 
+  if (argc > 1 && std::string_view(argv[1]) == "completion") return completion(app, {argv + 2, argv + argc});
   std::vector<const char*> words(argv, argv + argc);
   if (argc > 1 && std::string_view(argv[1]) == "help") {  // 'assay help COMMAND', as with other programs
     words.erase(words.begin() + 1);
     words.push_back("--help");
   }
-  if (words.size() > 1 && words[1][0] != '-') check_command(app, words[1]);
+  if (words.size() > 1 && words[1][0] != '-') check_command(words[1]);
   try {
     app.parse(static_cast<int>(words.size()), words.data());
   } catch (const CLI::CallForVersion& version) {
@@ -226,17 +182,13 @@ int run(int argc, char** argv) {
     return kWrongInput;
   }
   const CLI::App& command = *called(app);
+  const Needs& needs = std::ranges::find(commands(), command.get_name(), &Command::name)->needs;
   check_outputs(command);
-  if (const auto bytes = reading_memory(command.get_name())) {
+  if (const auto bytes = memory_bytes(needs.memory)) {
     action = within_memory(std::move(action), full_name(app, command), *bytes);
   }
-  // They read models and load plugins, and write no results: they do it in a process of their own. The others rehearse
-  // that part.
-  constexpr std::array<std::string_view, 8> kContained = {"engines",     "systems", "check",    "parity",
-                                                          "conformance", "import",  "snapshot", "movie"};
-  const bool is_contained = std::ranges::find(kContained, command.get_name()) != kContained.end();
-  if (!is_contained) return action();
-  auto writable = writable_of(command);
+  if (!needs.contained) return action();
+  auto writable = needs.writable != nullptr ? needs.writable(command) : written_folders(command);
   if (writable) std::ranges::move(model_caches(), std::back_inserter(*writable));
   return contained(action, writable);
 }
@@ -253,6 +205,41 @@ bool have_standard_streams() {
 }
 
 }  // namespace
+
+const std::vector<Command>& commands() {
+  constexpr const char *kModels = "Engines and models", *kRuns = "Measurements", *kResults = "Results";
+  constexpr Needs kReads = {.memory = Memory::kShare};
+  constexpr Needs kContained = {.contained = true};
+  constexpr Needs kDraws = {.memory = Memory::kMachine, .contained = true, .writable = drawing_folders};
+  static const std::vector<Command> all = {
+      {"list", kModels, add_list, kContained},
+      {"check", kModels, add_check, kContained},
+      {"parity", kModels, add_parity, kContained},
+      {"conformance", kModels, add_conformance, {.contained = true, .writable = verdict_folders}},
+      {"import", kModels, add_import, kContained},
+      {"simulate", kRuns, add_simulate},
+      {"run", kRuns, add_run},
+      {"paper", kRuns, add_paper},
+      {"submit", kRuns, add_submit},
+      {"status", kRuns, add_status, kReads},
+      {"merge", kRuns, add_merge, kReads},
+      {"recommend", kResults, add_recommend, kReads},
+      {"explain", kResults, add_explain},
+      {"report", kResults, add_report, kReads},
+      {"compare", kResults, add_compare, kReads},
+      {"history", kResults, add_history, kReads},
+      {"export", kResults, add_export, kReads},
+      {"draw", kResults, add_draw, kDraws},
+      // names until 1.0
+      {"engines", "", add_engines, kContained},
+      {"systems", "", add_systems, kContained},
+      {"snapshot", "", add_snapshot, kDraws},
+      {"movie", "", add_movie, kDraws},
+      {"transfer", "", add_transfer},
+      {"claims", "", add_claims, kReads}};
+  return all;
+}
+
 }  // namespace assay::cli
 
 int main(int argc, char** argv) {

@@ -5,7 +5,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
-#include "cli/cli.h"
+#include "cli/commands.h"
 #include "results/store/store.h"
 #include "run/cluster/parts.h"
 #include "run/coordinator/ratios.h"

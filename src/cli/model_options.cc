@@ -17,8 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kGroup = "How the model is read";
-
 std::string option_name(std::string_view key) {
   std::string name = "--" + std::string(key);
   std::ranges::replace(name, '_', '-');
@@ -52,10 +50,10 @@ void read_folders(const std::string& option, const std::vector<std::string>& giv
 
 void add_load_options(CLI::App& command, ModelOptions& options, Repair repair) {
   const auto flag = [&](const char* key, bool& value, const char* meaning) {
-    command.add_flag(option_name(key), value, meaning)->disable_flag_override()->group(kGroup);
+    command.add_flag(option_name(key), value, meaning)->disable_flag_override()->group(kModelGroup);
   };
   const auto option = [&](const LoadField& field, auto& value) {
-    return command.add_option(option_name(field), value, field.meaning)->group(kGroup)->type_name(field.value);
+    return command.add_option(option_name(field), value, field.meaning)->group(kModelGroup)->type_name(field.value);
   };
   visit_load_fields(options.load, Overloaded{[&](const LoadField& field, bool& value) {
                                                const bool own =
@@ -105,31 +103,6 @@ LoadOptions load_options(const ModelOptions& options) {
 Model load(const ModelOptions& options) {
   const LoadOptions how = load_options(options);
   return load_model(find_model(options.model), how);
-}
-
-void tell_notes(const Model& model) {
-  for (const std::string& note : model.notes) message("note: " + note);
-}
-
-std::vector<std::string> option_words(const LoadOptions& options) {
-  std::vector<std::string> words;
-  visit_load_fields(options,
-                    Overloaded{[&](const LoadField& field, const bool& value) {
-                                 if (value) words.push_back(option_name(field));
-                               },
-                               [&](const LoadField& field, const std::string& value) {
-                                 if (!value.empty()) words.insert(words.end(), {option_name(field), value});
-                               },
-                               [&](const LoadField& field, const Folders& value) {
-                                 for (const auto& [name, folder] : value) {
-                                   words.insert(words.end(), {option_name(field), fmt::format("{}={}", name, folder)});
-                                 }
-                               },
-                               [&](const LoadField& field, const auto& value) {
-                                 if (is_load_default(value)) return;
-                                 words.push_back(option_name(field.choices.at(static_cast<size_t>(value) - 1).key));
-                               }});
-  return words;
 }
 
 }  // namespace assay::cli

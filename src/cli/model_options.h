@@ -12,6 +12,9 @@
 
 namespace assay::cli {
 
+// Of these options, in the help.
+inline constexpr const char* kModelGroup = "How the model is read";
+
 // As given on the command line.
 struct ModelOptions {
   std::string model;
@@ -34,11 +37,5 @@ LoadOptions load_options(const ModelOptions& options);
 
 // The model that MODEL names, a file or a system, read as the options say. Throws InputError.
 Model load(const ModelOptions& options);
-
-// What the file has and the model has not: a line for each note on standard error.
-void tell_notes(const Model& model);
-
-// The options as words of a command line, without MODEL: "--ground", "--keyframe", "home"; none for the defaults.
-std::vector<std::string> option_words(const LoadOptions& options);
 
 }  // namespace assay::cli

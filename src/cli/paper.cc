@@ -7,7 +7,9 @@
 
 #include "base/text.h"
 #include "cli/campaign_run.h"
-#include "cli/cli.h"
+#include "cli/commands.h"
+#include "cli/report_parts.h"
+#include "report/kept_replays.h"
 #include "results/claims/claims.h"
 #include "run/coordinator/set_up.h"
 

@@ -2,7 +2,6 @@
 #include "report/parity.h"
 
 #include <algorithm>
-#include <csignal>
 #include <filesystem>
 
 #include <fmt/format.h>
@@ -13,11 +12,10 @@
 #include "base/quantity.h"
 #include "base/text.h"
 #include "base/write_file.h"
-#include "check/parity/certificate.h"
-#include "cli/cli.h"
+#include "check/parity/examination.h"
+#include "cli/commands.h"
 #include "cli/model_options.h"
-#include "isolate/guarded_child.h"
-#include "isolate/processes.h"
+#include "engines/facts.h"
 
 namespace assay::cli {
 namespace {
@@ -31,100 +29,11 @@ struct ParityOptions {
   bool json = false;
 };
 
-// One contender an engine, in joint coordinates where it has one: all contenders of an engine are given the same robot.
 std::vector<ResolvedContender> chosen(const ParityOptions& options, const Model& model) {
-  const Registry& registry = Registry::instance();
   std::vector<ResolvedContender> contenders;
   contenders.reserve(options.contenders.size());
-  for (const std::string& name : options.contenders) contenders.push_back(registry.resolve(name));
-  if (!contenders.empty()) return contenders;
-  for (const std::string& name : registry.contender_names()) {
-    ResolvedContender contender = registry.resolve(name);
-    const Capabilities own = contender.engine->capabilities(contender.settings);
-    if (own.order < 1) continue;
-    const auto known = std::ranges::find(contenders, contender.engine, &ResolvedContender::engine);
-    if (options.all || known == contenders.end()) {
-      contenders.push_back(std::move(contender));
-      continue;
-    }
-    const auto refuses = [&model](const ResolvedContender& each) {
-      return std::ranges::any_of(each.engine->check(without_contacts(model), each.settings),
-                                 [](const Limitation& l) { return l.fidelity == Fidelity::kRefused; });
-    };
-    const Capabilities other = known->engine->capabilities(known->settings);
-    const bool better = (own.coordinates == Coordinates::kJoint && other.coordinates == Coordinates::kMaximal) ||
-                        (own.coordinates == other.coordinates && own.precision == Precision::kDouble &&
-                         other.precision == Precision::kSingle);
-    if ((better && !refuses(contender)) || (refuses(*known) && !refuses(contender))) *known = std::move(contender);
-  }
-  return contenders;
-}
-
-std::string percent(double share) { return fmt::format("{:.2g} %", 100 * share); }
-
-// The largest error of a kind over the joints, as a cell.
-std::string cell(const Json& certificate, const char* part) {
-  double most = 0, noise = 0;
-  for (const Json& joint : certificate.at("joints")) {
-    const double error = joint.at(part).at("error").get<double>();
-    if (error < most) continue;
-    most = error;
-    noise = joint.at(part).at("noise").get<double>();
-  }
-  return most <= std::max(4 * noise, 1e-9) ? fmt::format("< {}", percent(std::max(4 * noise, 1e-9))) : percent(most);
-}
-
-void print_certificates(const Json& certificates) {
-  std::vector<std::vector<std::string>> rows;
-  for (const Json& c : certificates) {
-    std::vector<std::string> row = {c.at("contender").get<std::string>(), status(c.at("verdict").get<std::string>())};
-    for (int p = 0; p < parity::kParts; ++p) {
-      row.push_back(c.at("joints").empty() ? "" : cell(c, parity::part_name(static_cast<parity::Part>(p))));
-    }
-    rows.push_back(std::move(row));
-  }
-  print("\n" + table({"contender", "robot", "inertia", "Coriolis", "gravity", "springs", "damping", "dry friction",
-                      "armature", "torque"},
-                     rows, {2, 3, 4, 5, 6, 7, 8, 9}));
-  print(
-      paragraph(
-          "Largest error of a joint's force, relative to the joint's largest force of that kind; armature: relative to "
-          "the joint's inertia; torque: of its gain; \"<\": not told from rounding and the steps' own error.") +
-      "\n");
-  for (const Json& c : certificates) {
-    const auto text = [&c](const char* key) { return c.at(key).get<std::string>(); };
-    if (text("verdict") == "same") continue;
-    if (text("verdict") == "not settled") {
-      print(
-          paragraph(fmt::format("{}: its own error in one small step is up to {}, which hides what is to be seen here",
-                                text("contender"), percent(c.at("noise").get<double>())),
-                    4) +
-          "\n");
-      continue;
-    }
-    print(heading(text("contender")) + "\n");
-    if (!text("failure").empty()) print(paragraph("  " + text("failure"), 4));
-    for (const Json& cause : c.at("causes")) {
-      print(paragraph("  " + parity::cause_text(cause), 4));
-    }
-    if (text("verdict") == "unexplained" ||
-        (text("verdict") == "differs" && c.at("unexplained").get<double>() > c.at("tolerance").get<double>())) {
-      print(paragraph(fmt::format("  {} of the joint's inertia times 20 rad/s^2 stay unexplained by any one parameter",
-                                  percent(c.at("unexplained").get<double>())),
-                      4));
-    }
-    size_t shown = 0;
-    for (const Json& declared : c.at("declared")) {
-      constexpr size_t kMost = 4;
-      if (++shown > kMost) {
-        print(paragraph(fmt::format("  and {} more declared", c.at("declared").size() - kMost), 4));
-        break;
-      }
-      print(paragraph("  declared: " + declared.get<std::string>(), 4));
-    }
-    if (!text("raised").empty()) print(paragraph("  examined with " + text("raised"), 4));
-    print("\n");
-  }
+  for (const std::string& name : options.contenders) contenders.push_back(Registry::instance().resolve(name));
+  return contenders.empty() ? parity::contenders_for(model, options.all) : contenders;
 }
 
 // The file, or in a folder of results the file that the report shows.
@@ -160,28 +69,10 @@ int run_parity(const ParityOptions& options) {
   tell_notes(model);
   for (const ResolvedContender& contender : contenders) {
     progress.show(fmt::format("{} of {}: {}", certificates.size() + 1, contenders.size(), contender.name));
-    Json certificate;
-    const ChildEnd end = run_in_child(
-        [&](const Send& send) {
-          std::signal(SIGINT, SIG_DFL);
-          std::signal(SIGTERM, SIG_DFL);
-          send(dump_json(parity::certificate_json(model, parity::examine(model, bench, contender))));
-          return kDone;
-        },
-        [&](const std::string& line) { certificate = Json::parse(line); });
-    if (interrupted()) throw SystemError("interrupted: nothing was written");
-    if (certificate.is_null() && end.from_outside()) {
-      throw EndedFromOutside(fmt::format("examining {}", contender.name), end.signal);
-    }
-    if (certificate.is_null()) {
-      parity::Certificate crashed;
-      crashed.contender = contender.name;
-      crashed.engine = contender.engine->name();
-      crashed.failure =
-          end.signal != 0 ? fmt::format("it crashed with {}", end.signal_text()) : "its process ended early";
-      certificate = parity::certificate_json(model, crashed);
-    }
-    certificates.push_back(std::move(certificate));
+    auto certificate = parity::examined_apart(model, contender.name, contender.engine->name(),
+                                              [&] { return parity::examine(model, bench, contender); });
+    if (!certificate) throw SystemError("interrupted: nothing was written");
+    certificates.push_back(std::move(*certificate));
   }
   progress.clear();
   const Json document = {{"model", model.name},      {"hash", model.hash},
@@ -191,7 +82,7 @@ int run_parity(const ParityOptions& options) {
   if (options.json) {
     print_json(document);
   } else {
-    print_certificates(certificates);
+    print(parity::certificates_text(certificates));
   }
   const bool same = std::ranges::all_of(certificates, [](const Json& c) {
     const auto verdict = c.at("verdict").get<std::string>();

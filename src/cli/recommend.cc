@@ -12,7 +12,7 @@
 #include "base/errors.h"
 #include "base/quantity.h"
 #include "base/text.h"
-#include "cli/cli.h"
+#include "cli/commands.h"
 #include "results/store/store.h"
 
 namespace assay::cli {

@@ -13,16 +13,14 @@
 #include "base/json.h"
 #include "base/text.h"
 #include "cli/campaign_run.h"
-#include "cli/cli.h"
+#include "cli/commands.h"
 #include "cli/compare.h"
-#include "report/replays.h"
+#include "cli/report_parts.h"
+#include "report/kept_replays.h"
 #include "report/views.h"
 #include "results/compare/history.h"
-#include "results/line_up.h"
 #include "results/results.h"
 #include "results/store/store.h"
-#include "results/store/trajectory.h"
-#include "run/coordinator/rerun.h"
 
 namespace assay::cli {
 namespace {
@@ -34,7 +32,8 @@ struct ReportOptions {
   std::vector<std::string> history, systems;
   std::optional<std::string> size;
   CompareFlags compare;
-  bool json = false;
+  std::vector<std::string> claims;  // the file; empty: the paper's
+  bool json = false, markdown = false, verdicts = false, transfer = false;
 };
 
 // Sections about other results than the page's own.
@@ -55,6 +54,21 @@ nlohmann::json sections(const ReportOptions& options) {
   return more;
 }
 
+// A part of it, printed; nothing is written.
+int print_part(const ReportOptions& options) {
+  if (options.verdicts && options.transfer) throw InputError("--claims and --transfer were both given: choose one");
+  if (options.transfer) {
+    if (options.systems.size() > 1) throw InputError("--transfer takes one system: give one in --systems, or none");
+    print_transfer(options.dir, options.systems.empty() ? std::nullopt : std::optional(options.systems.front()),
+                   options.json);
+    return kDone;
+  }
+  const bool of_paper = options.claims.empty() || options.claims.front().empty();
+  print_verdicts(options.dir, of_paper ? std::nullopt : std::optional(options.claims.front()), options.json,
+                 options.markdown);
+  return kDone;
+}
+
 // What the page shows, for programs that draw: without what only the page can draw, and with the paper's line-up.
 int print_data(const ReportOptions& options) {
   if (!options.replays.empty()) throw InputError("--json and --replays were both given: choose one");
@@ -72,15 +86,11 @@ int print_data(const ReportOptions& options) {
 
 }  // namespace
 
-Store open_to_write(const std::string& dir) {
-  const Store store = Store::open(dir);
-  return Store::create(dir, {store.manifest("campaign").value_or(""), store.manifest("campaign_hash").value_or("")});
-}
-
 void add_replays(CLI::App& command, std::vector<std::string>& replays) {
   command
       .add_option("--replays", replays,
-                  "Timesteps in ms: runs the replayed contenders again at these and keeps their states in DIR")
+                  "Timesteps in ms: runs the replayed contenders again at "
+                  "these and keeps their states in DIR")
       ->delimiter(',')
       ->type_name("MS,...")
       ->allow_extra_args(false);
@@ -93,38 +103,14 @@ std::vector<double> parse_replays(const std::vector<std::string>& replays) {
   return timesteps;
 }
 
-void keep_replays(const std::string& dir, const std::vector<double>& timesteps) {
-  if (timesteps.empty()) return;
-  Store store = open_to_write(dir);
-  for (const SceneRow& scene : store.scenes()) {
-    std::vector<std::string> kept;
-    for (const RunRow& run : store.runs()) {
-      if (run.system == scene.system && count_states(store.trajectories_dir(), run.address) > 1 &&
-          std::ranges::find(kept, run.contender) == kept.end()) {
-        kept.push_back(run.contender);
-      }
-    }
-    if (kept.empty()) continue;
-    for (const double timestep : timesteps) {
-      if (!fits_samples(store, scene.system, timestep)) {
-        message(fmt::format("{} has no replay at {} ms, because that does not divide the time between its states",
-                            scene.system, timestep_label(timestep)));
-        continue;
-      }
-      const size_t added = keep_runs(store, scene.system, line_up(kept, ReplayOptions{}.most_contenders), timestep);
-      if (added > 0) {
-        message(fmt::format("{}: {} at {} ms", scene.system, counted(added, "run"), timestep_label(timestep)));
-      }
-    }
-  }
-}
-
 void add_report(CLI::App& app, Action& action) {
   CLI::App* command =
       add_command(app, "report", "Write DIR/report.html, one file that works offline, and the paper's figures",
                   {{"assay report results", "also while the campaign is running: shows the results so far"},
                    {"assay report results --replays 1,4,16", "also replays runs at these timesteps"},
-                   {"assay report after --against before", "with a section on what changed"}});
+                   {"assay report after --against before", "with a section on what changed"},
+                   {"assay report results --claims", "only prints the verdicts on the paper's claims"},
+                   {"assay report cart_pole-results --transfer", "only prints in which engines a policy works"}});
   const auto options = std::make_shared<ReportOptions>();
   command->add_option("DIR", options->dir, "Results directory")->required()->type_name("");
   add_replays(*command, options->replays);
@@ -144,10 +130,23 @@ void add_report(CLI::App& app, Action& action) {
                    "systems")
       ->type_name("MB");
   add_compare_flags(*command, options->compare);
+  CLI::Option* claims = command
+                            ->add_option("--claims", options->claims,
+                                         "Print the verdicts on the paper's claims, or on those of FILE; write nothing")
+                            ->type_name("[FILE]")
+                            ->expected(0, 1);
+  command
+      ->add_flag("--transfer", options->transfer,
+                 "Print in which engines the policies work as they did in training; write nothing")
+      ->disable_flag_override();
+  command->add_flag("--markdown", options->markdown, "Print Markdown, with --claims")->disable_flag_override();
   command->add_flag("--json", options->json, "Print what the page shows as JSON, without pictures; write nothing")
       ->disable_flag_override();
-  command->callback([&action, options] {
+  command->callback([&action, options, claims] {
+    options->verdicts = claims->count() > 0;
+    if (options->markdown && !options->verdicts) throw CLI::RequiresError("--markdown", "--claims");
     action = [options] {
+      if (options->verdicts || options->transfer) return print_part(*options);
       if (options->json) return print_data(*options);
       assay::ReportOptions page{.systems = options->systems};
       if (options->size)

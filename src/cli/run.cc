@@ -9,7 +9,7 @@
 #include "base/text.h"
 #include "campaign/campaign.h"
 #include "cli/campaign_run.h"
-#include "cli/cli.h"
+#include "cli/commands.h"
 #include "cli/run_robot.h"
 #include "engines/batch.h"
 #include "engines/engine_files.h"
@@ -24,6 +24,7 @@ namespace {
 
 struct RunOptions : RobotRequest {
   bool full = false;
+  const CLI::App* command = nullptr;
 };
 
 // An option of a robot's run that a campaign's file has in its own table.
@@ -34,38 +35,11 @@ void refuse_for_campaign(const char* option, bool given) {
   }
 }
 
-// The command that goes on with what was begun.
+// The command that goes on with what was begun: all options but those of one call.
 std::string resuming(const RunOptions& options) {
-  std::string command = fmt::format("assay run {}", options.run.campaign);
-  if (!options.run.out.empty()) command += " --out " + options.run.out;
-  if (options.run.shard) command += " --shard " + *options.run.shard;
-  if (options.run.cells) command += " --cells " + *options.run.cells;
-  if (options.run.device) command += " --device " + *options.run.device;
-  if (!options.run.windows_of.empty()) command += " --windows-of " + options.run.windows_of;
-  if (options.full) command += " --full";
-  if (!options.run.set_up) command += " --no-set-up";
-  const auto add = [&](const char* name, const std::optional<std::string>& value) {
-    if (value) command += fmt::format(" {} {}", name, *value);
-  };
-  for (const std::string& word : option_words(load_options(options.model))) command += " " + word;
-  add("--minutes", options.minutes);
-  add("--control", options.control);
-  add("--policy", options.policy.network);
-  add("--policy-config", options.policy.config);
-  add("--seeds", options.seeds);
-  add("--seconds", options.seconds);
-  add("--push", options.push);
-  add("--push-every", options.push_every);
-  add("--push-joint", options.push_joint);
-  if (!options.timesteps.empty()) command += " --timesteps " + join(options.timesteps, ",");
-  add("--error", options.limits.error);
-  add("--penetration", options.limits.penetration);
-  add("--slip", options.limits.slip);
-  add("--realtime", options.limits.realtime);
-  for (const std::string& name : options.contenders) command += fmt::format(" --contenders '{}'", name);
-  for (const std::string& limit : options.limits.limits) command += " --limit " + limit;
-  if (options.plan_only) command += " --plan";
-  return command;
+  const std::vector<std::string> words =
+      given_words(*options.command, "", {"--jobs", "--references", "--retry", "--progress"});
+  return fmt::format("assay run {}{}{}", options.run.campaign, words.empty() ? "" : " ", join(words, " "));
 }
 
 // The user's files, and what every contender says of a model.
@@ -138,6 +112,7 @@ void add_run(CLI::App& app, Action& action) {
        {"assay run campaigns/quick.toml --out results", "after Ctrl-C or a kill the same command resumes"},
        {"assay run paper --out part2 --shard 2/8", "the second of eight parts, for 'assay merge'"}});
   const auto options = std::make_shared<RunOptions>();
+  options->command = command;
   RunRequest& request = options->run;
   command
       ->add_option("ROBOT|CAMPAIGN", request.campaign,

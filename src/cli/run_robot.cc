@@ -23,11 +23,11 @@
 #include "check/model_check.h"
 #include "check/step_bounds.h"
 #include "cli/answer.h"
-#include "cli/transfer.h"
 #include "engines/describe.h"
 #include "load/mjcf.h"
 #include "results/results.h"
 #include "results/store/store.h"
+#include "results/transfer_text.h"
 #include "run/coordinator/model_notes.h"
 #include "run/coordinator/rerun.h"
 #include "run/coordinator/set_up.h"
@@ -563,8 +563,8 @@ void print_check(const std::string& file, const std::string& given, const LoadOp
   }
   std::erase_if(findings, [](const Finding& finding) { return finding.level == Level::kKnow; });
   if (findings.empty()) print(paragraph(fmt::format("'{}' has nothing to mend", given), 2));
-  print_findings(findings, report.problems);
-  print_bounds(bounds, facts);
+  print(findings_text(findings, report.problems));
+  print(bounds_text(bounds, facts));
   if (!known.empty()) {
     print(paragraph(fmt::format("to know ('assay check {}' has it in full): {}", given, join(known, "; ")), 2));
   }
@@ -642,7 +642,7 @@ int run_robot(const RobotRequest& request) {
   run.campaign = toml;
   if (!run_and_summarize(run)) return kFailed;
   print("\n");
-  print_transfers(run.out);
+  for (const TransferMatrix& matrix : transfer_matrices(run.out)) print(transfer_text(matrix));
   Answer answer;
   add_refusals(programme.refusals, answer);
   answer.print();

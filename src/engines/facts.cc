@@ -102,4 +102,8 @@ Json model_json(const std::string& name, const Model& model) {
           {"notes", model.notes}};
 }
 
+void tell_notes(const Model& model) {
+  for (const std::string& note : model.notes) message("note: " + note);
+}
+
 }  // namespace assay

@@ -17,4 +17,7 @@ Json contender_json(const ResolvedContender& contender);
 // Sizes of a model; `name` is what `assay` calls it.
 Json model_json(const std::string& name, const Model& model);
 
+// What the file has and the model has not: a line for each note on standard error.
+void tell_notes(const Model& model);
+
 }  // namespace assay

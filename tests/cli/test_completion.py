@@ -1,19 +1,18 @@
-"""src/cli/completion.bash: what a shell offers."""
+"""`assay completion`: what a shell offers."""
 
 import re
 import subprocess
 
-from harness import COMMANDS, PROGRAM, SOURCE, AssayTest, main
+from harness import COMMANDS, PROGRAM, AssayTest, main
 
 
 class Completion(AssayTest):
     def offers(self, *words):
         """The candidates for the last of `words`."""
-        script = ('source "$1"; shift; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _assay; '
+        script = ('source <("$1" completion bash); COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _assay; '
                   '[[ ${#COMPREPLY[@]} -eq 0 ]] || printf "%s\\n" "${COMPREPLY[@]}"; '
                   '[[ -z ${ASSAY_NO_BUILD+set} ]]')
-        done = subprocess.run(["bash", "-c", script, "bash", str(SOURCE / "src/cli/completion.bash"), PROGRAM, *words],
-                              cwd=self.dir, env=self.env, capture_output=True, text=True, timeout=60)
+        done = subprocess.run(["bash", "-c", script, "bash", PROGRAM, *words], cwd=self.dir, env=self.env, capture_output=True, text=True, timeout=60)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         return done.stdout.split()
 
@@ -32,6 +31,15 @@ class Completion(AssayTest):
         self.assertEqual(self.offers("simulate", "planar-chain", "--engine", ""), self.contenders())
         self.assertIn("free-fall", self.offers("conformance", "--test", "free"))
         self.assertEqual(self.offers("export", "results", "--format", ""), ["csv", "json"])
+        self.assertEqual(self.offers("compare", "a", "b", "--format", ""), ["markdown", "json", "csv"])
+        self.assertEqual(self.offers("list", ""), ["engines", "systems"])
+        self.assertIn("hold", self.offers("simulate", "planar-chain", "--control", ""))
+        self.assertEqual(self.offers("simulate", "planar-chain", "--timestep", ""), [])
+
+    def test_every_option_is_offered(self):
+        for command in COMMANDS:
+            shown = set(re.findall(r"(?m)^  (?:-\w,)?(--[a-z-]+)", self.assay(command, "--help").split("Examples:")[0]))
+            self.assertEqual(set(self.offers(command, "--")), shown, command)
 
     def test_files(self):
         self.write("my robot.xml", "")

@@ -3,7 +3,7 @@
 import re
 import subprocess
 
-from harness import COMMANDS, AssayTest, main
+from harness import COMMANDS, OLD_COMMANDS, AssayTest, main
 
 
 class Help(AssayTest):
@@ -11,10 +11,12 @@ class Help(AssayTest):
         text = self.assay("--help")
         for command in COMMANDS:
             self.assertRegex(text, rf"(?m)^  {command} +\S")
-        self.assertNotIn("worker", text)
+        for hidden in ["worker", "completion", *OLD_COMMANDS]:
+            self.assertNotRegex(text, rf"(?m)^  {hidden} ")
+        self.assertLessEqual(len(text.splitlines()), 50)
 
     def test_every_command_has_help_with_examples(self):
-        for command in COMMANDS:
+        for command in COMMANDS + OLD_COMMANDS:
             with self.subTest(command):
                 text = self.assay(command, "--help")
                 self.assertIn("Examples:\n", text)
@@ -24,7 +26,7 @@ class Help(AssayTest):
         self.refused("help", "simlate", naming=["unknown command 'simlate'", "did you mean 'simulate'?"])
 
     def test_examples_use_options_that_exist(self):
-        for command in COMMANDS:
+        for command in COMMANDS + OLD_COMMANDS:
             text = self.assay(command, "--help")
             options, examples = text.split("Examples:\n")
             lines = [line for line in examples.splitlines() if re.match(r"  \S", line)]
@@ -34,6 +36,14 @@ class Help(AssayTest):
                 with self.subTest(line):
                     self.assertRegex(line, rf"^  (\S+=\S+ )?assay {command}\b")
                     self.assertLessEqual(set(re.findall(r"--[a-z-]+", line)), known)
+
+    def test_old_names_do_the_same(self):
+        for old, new in [(["engines"], ["list"]), (["engines", "--json"], ["list", "engines", "--json"]),
+                         (["engines", "--features", "--markdown"], ["list", "engines", "--features", "--markdown"]),
+                         (["systems"], ["list", "systems"]), (["systems", "--json"], ["list", "systems", "--json"])]:
+            self.assertEqual(self.assay(*old), self.assay(*new), new)
+        self.refused("list", "enginse", naming=["'enginse'", "did you mean 'engines'?"])
+        self.refused("list", "systems", "--features", naming=["--features is of engines"])
 
     def test_version_names_the_commit(self):
         self.assertRegex(self.assay("--version"), r"^assay \d+\.\d+\.\d+ \(([0-9a-f]{12}(-dirty)?|unknown)\)\n$")

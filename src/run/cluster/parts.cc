@@ -241,4 +241,9 @@ std::vector<std::string> Coverage::missing() const {
   return missing_text(divisions);
 }
 
+Store open_to_write(const std::string& dir) {
+  const Store store = Store::open(dir);
+  return Store::create(dir, {store.manifest("campaign").value_or(""), store.manifest("campaign_hash").value_or("")});
+}
+
 }  // namespace assay

@@ -6,23 +6,27 @@
 #include <string>
 #include <vector>
 
-#include "cli/control_options.h"
-#include "cli/model_options.h"
 #include "controls/changes/swaps.h"
+#include "controls/control.h"
+#include "load/load_options.h"
 #include "measures/initial_states.h"
 #include "run/messages/messages.h"
 
-namespace assay::cli {
+namespace assay {
 
-// As given on the command line.
+// Numbers are texts, because sentences about them show them as the user wrote them.
 struct ExplainRequest {
-  ModelOptions model;  // or a results directory
-  std::string a, b;
-  std::optional<std::string> control, timestep, seconds, seeds, system, jobs;
-  PolicyOptions policy;
+  std::string model;  // a file or a system's name, or a results directory
+  LoadOptions load;
+  std::string load_option;  // the first option that says how the model is read; "" without any
+  std::string a, b;         // contenders
+  ControlSpec control;
+  bool control_given = false, policy_given = false;
+  std::optional<std::string> timestep, seconds, seeds, system, jobs;
   std::vector<std::string> changes_a, changes_b;
-  bool json = false;
 };
+
+bool holds_results(const std::string& model);  // else it is a model's
 
 struct ExplainQuestion {
   ModelSpec spec;
@@ -43,4 +47,4 @@ struct ExplainQuestion {
 // there are not, and for a contender that refuses the robot.
 ExplainQuestion explain_question(const ExplainRequest& request);
 
-}  // namespace assay::cli
+}  // namespace assay

@@ -1,4 +1,4 @@
-#include "cli/explain_question.h"
+#include "explain/question.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,26 +9,22 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/option_values.h"
 #include "base/paths.h"
 #include "base/text.h"
-#include "cli/cli.h"
 #include "controls/policy_config.h"
 #include "isolate/activity.h"
+#include "load/mjcf.h"
 #include "run/coordinator/rerun.h"
 #include "run/coordinator/subject.h"
 
-namespace assay::cli {
+namespace assay {
 namespace {
 
 constexpr int kStarts = 10;
 constexpr double kSeconds = 2, kPolicySeconds = 4;
 constexpr double kTimestepMs = 1;
 constexpr double kSamples = 200;  // about so many of a run
-
-bool is_results(const std::string& given) {
-  std::error_code error;
-  return std::filesystem::is_directory(given, error);
-}
 
 // The one system of the results, or the one that is asked for.
 std::string system_asked(const Store& store, const std::optional<std::string>& asked) {
@@ -72,15 +68,15 @@ Side side_measured(const Store& store, const std::string& name) {
 }
 
 void from_results(const ExplainRequest& request, ExplainQuestion& question, double& seconds) {
-  if (request.control || request.policy.any()) {
-    throw InputError(fmt::format("'{}' holds results, whose control is used: leave --control and --policy out",
-                                 request.model.model));
+  if (request.control_given) {
+    throw InputError(
+        fmt::format("'{}' holds results, whose control is used: leave --control and --policy out", request.model));
   }
-  if (const auto words = option_words(load_options(request.model)); !words.empty()) {
-    throw InputError(fmt::format("'{}' holds results, whose model is read as it was: leave {} out", request.model.model,
-                                 words.front()));
+  if (!request.load_option.empty()) {
+    throw InputError(fmt::format("'{}' holds results, whose model is read as it was: leave {} out", request.model,
+                                 request.load_option));
   }
-  const Store store = Store::open(request.model.model);
+  const Store store = Store::open(request.model);
   CampaignSystem system = stored_system(store, system_asked(store, request.system));
   question.timestep_ms = timestep_measured(store, system, request.timestep);
   question.a = side_measured(store, request.a);
@@ -95,13 +91,12 @@ void from_results(const ExplainRequest& request, ExplainQuestion& question, doub
 void from_model(const ExplainRequest& request, ExplainQuestion& question) {
   if (request.system) {
     throw InputError(
-        fmt::format("--system {} chooses in results, and '{}' is no folder", *request.system, request.model.model));
+        fmt::format("--system {} chooses in results, and '{}' is no folder", *request.system, request.model));
   }
-  question.spec = {
-      .path = find_model(request.model.model), .hash = "", .load = load_options(request.model), .variant = {}};
-  question.model = load(request.model);
+  question.spec = {.path = find_model(request.model), .hash = "", .load = request.load, .variant = {}};
+  question.model = load_model(question.spec.path, request.load);
   question.spec.hash = question.model.hash;
-  question.control_spec = control_given(request.control, request.policy).value_or(ControlSpec());
+  question.control_spec = request.control;
   question.a.contender = request.a;
   question.b.contender = request.b;
   if (request.timestep) question.timestep_ms = parse_positive("--timestep", *request.timestep, "milliseconds");
@@ -147,10 +142,15 @@ void check_side(const ExplainQuestion& question, const Side& side) {
 
 }  // namespace
 
+bool holds_results(const std::string& given) {
+  std::error_code error;
+  return std::filesystem::is_directory(given, error);
+}
+
 ExplainQuestion explain_question(const ExplainRequest& request) {
   ExplainQuestion question;
-  double seconds = request.policy.any() || is_results(request.model.model) ? kPolicySeconds : kSeconds;
-  if (is_results(request.model.model)) {
+  double seconds = request.policy_given || holds_results(request.model) ? kPolicySeconds : kSeconds;
+  if (holds_results(request.model)) {
     from_results(request, question, seconds);
   } else {
     from_model(request, question);
@@ -181,4 +181,4 @@ ExplainQuestion explain_question(const ExplainRequest& request) {
   return question;
 }
 
-}  // namespace assay::cli
+}  // namespace assay

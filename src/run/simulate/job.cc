@@ -1,20 +1,24 @@
-#include "cli/simulate_job.h"
+#include "run/simulate/job.h"
 
 #include <cmath>
 #include <tuple>
 
 #include <fmt/format.h>
 
+#include "base/console.h"
 #include "base/errors.h"
+#include "base/option_values.h"
+#include "base/paths.h"
 #include "base/run_bounds.h"
 #include "base/text.h"
 #include "check/feedback.h"
 #include "check/step_bounds.h"
-#include "cli/cli.h"
 #include "controls/engine_actuators.h"
 #include "engines/describe.h"
+#include "engines/facts.h"
+#include "load/mjcf.h"
 
-namespace assay::cli {
+namespace assay {
 namespace {
 
 // How many times `part` goes into `whole`, if that is a whole number within rounding.
@@ -34,46 +38,45 @@ std::string neighbours(double whole, double part) {
 
 }  // namespace
 
-SimulateJob prepare(const SimulateOptions& options) {
+SimulateJob prepare(const SimulateRequest& request) {
   SimulateJob job;
-  job.timestep_ms = parse_positive("--timestep", options.timestep, "milliseconds");
-  job.duration_s = parse_positive("--duration", options.duration, "seconds");
-  const std::string sample = options.sample.value_or(options.timestep);
+  job.timestep_ms = parse_positive("--timestep", request.timestep, "milliseconds");
+  job.duration_s = parse_positive("--duration", request.duration, "seconds");
+  const std::string sample = request.sample.value_or(request.timestep);
   const double sample_ms = parse_positive("--sample", sample, "milliseconds");
   for (const auto& [option, given, ms] :
-       {std::tuple("--timestep", options.timestep, job.timestep_ms), std::tuple("--sample", sample, sample_ms)}) {
+       {std::tuple("--timestep", request.timestep, job.timestep_ms), std::tuple("--sample", sample, sample_ms)}) {
     const std::string obstacle = milliseconds_obstacle(ms);
     if (!obstacle.empty()) throw InputError(fmt::format("{} is {} ms: {}", option, given, obstacle));
   }
   if (const std::string obstacle = duration_obstacle(job.duration_s, job.timestep_ms); !obstacle.empty()) {
-    throw InputError(fmt::format("--duration is {} s: {}", options.duration, obstacle));
+    throw InputError(fmt::format("--duration is {} s: {}", request.duration, obstacle));
   }
   const auto per_sample = whole_number_of(sample_ms, job.timestep_ms);
   if (!per_sample) {
     throw InputError(fmt::format("--sample is {} ms, which is not a whole number of timesteps of {} ms: use {}", sample,
-                                 options.timestep, neighbours(sample_ms, job.timestep_ms)));
+                                 request.timestep, neighbours(sample_ms, job.timestep_ms)));
   }
   job.steps_per_sample = *per_sample;
   const auto samples = whole_number_of(job.duration_s * 1000, sample_ms);
   if (!samples) {
     throw InputError(fmt::format("--duration is {} s, which is not a whole number of {} of {} ms: use {}",
-                                 options.duration, options.sample ? "samples" : "timesteps", sample,
+                                 request.duration, request.sample ? "samples" : "timesteps", sample,
                                  neighbours(job.duration_s, sample_ms / 1000)));
   }
   job.steps = *samples * job.steps_per_sample;
 
-  const bool contacts = parse_switch("--contacts", options.contacts);
-  const bool gravity = parse_switch("--gravity", options.gravity);
-  const ControlSpec control = control_given(options.control, options.policy).value_or(ControlSpec());
-  job.contender = Registry::instance().resolve(options.engine, parse_settings(options.set));
+  const bool contacts = parse_switch("--contacts", request.contacts);
+  const bool gravity = parse_switch("--gravity", request.gravity);
+  job.contender = Registry::instance().resolve(request.contender, parse_settings(request.settings));
   job.contender.settings.timestep = job.timestep_ms / 1000;
-  job.model = load(options.model);
+  job.model = load_model(find_model(request.model), request.load);
   if (!contacts) job.model = without_contacts(std::move(job.model));
   if (!gravity) job.model = without_gravity(std::move(job.model));
-  job.control = make_control(job.model, control);
+  job.control = make_control(job.model, request.control);
   job.control->check_timestep(job.contender.settings.timestep);
   const Capabilities capabilities = job.contender.engine->capabilities(job.contender.settings);
-  if (control.kind == "actuators") {
+  if (request.control.kind == "actuators") {
     job.feedback = feedback_limitations(job.model, capabilities);
     add_feedback_bound(job.feedback, step_bounds(job.model, job.model.initial));
   }
@@ -96,4 +99,4 @@ void check_fidelity(const SimulateJob& job) {
   }
 }
 
-}  // namespace assay::cli
+}  // namespace assay
