@@ -141,7 +141,7 @@ int check(const CheckOptions& options) {
 
 void add_check(CLI::App& app, Action& action) {
   CLI::App* command = add_command(
-      app, "check", "Show what to mend in a model, the timestep that it stands, and what each engine makes of it",
+      app, "check", "Show what to fix in a model and what each engine does with it",
       {{"assay check planar-chain", "a system that comes with assay"},
        {"assay check my_robot.xml --drop-unsupported", "leaves out what no engine can be given, and names it"},
        {"assay check my_robot.urdf --json", "URDF files load the same way"}});

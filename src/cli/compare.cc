@@ -156,11 +156,10 @@ void add_compare(CLI::App& app, Action& action) {
 }
 
 void add_history(CLI::App& app, Action& action) {
-  CLI::App* command =
-      add_command(app, "history", "Follow contenders over results in the order of time, and name where they changed",
-                  {{"assay history nightly/*", "the changes of all contenders"},
-                   {"assay history nightly/* --control ode-step --format json",
-                    "times relative to a contender that did not change"}});
+  CLI::App* command = add_command(app, "history", "Follow contenders over results in the order of time",
+                                  {{"assay history nightly/*", "the changes of all contenders"},
+                                   {"assay history nightly/* --control ode-step --format json",
+                                    "times relative to a contender that did not change"}});
   const auto options = std::make_shared<HistoryCommand>();
   command->add_option("DIR", options->dirs, "Results directories, in any order")->required()->type_name("");
   add_compare_flags(*command, options->flags);

@@ -166,7 +166,7 @@ std::optional<std::vector<std::string>> verdict_folders(const CLI::App& command)
 
 void add_conformance(CLI::App& app, Action& action) {
   CLI::App* command = add_command(
-      app, "conformance", "Run the conformance suite: each test with its figure and tolerance",
+      app, "conformance", "Run the conformance suite: tests with figures and tolerances",
       {{"assay conformance mujoco-rk4", "the suite on one contender"},
        {"assay conformance ode --test free-fall --test pendulum", "two tests on all contenders of an engine"},
        {"assay conformance --list", "the tests, with the meaning and the needs of each"}});

@@ -279,7 +279,7 @@ int run_explain(const ExplainOptions& options) {
 
 void add_explain(CLI::App& app, Action& action) {
   CLI::App* command =
-      add_command(app, "explain", "Why two contenders part on one robot, and which setting closes the gap",
+      add_command(app, "explain", "Find why two contenders part, and which setting closes the gap",
                   {{"assay explain cart_pole.xml mujoco-euler dart --policy-config policy.toml", "under a policy"},
                    {"assay explain cart_pole-results mujoco-euler bullet-mb",
                     "as assay run cart_pole.xml --policy-config measured it"},

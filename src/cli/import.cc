@@ -137,12 +137,12 @@ int import_environment(const ImportOptions& options) {
 }  // namespace
 
 void add_import(CLI::App& app, Action& action) {
-  CLI::App* command = add_command(
-      app, "import", "Make a policy's configuration from what Isaac Lab or unitree_rl_lab wrote in training",
-      {{"assay import params/env.yaml go2.xml --policy exported/policy.onnx --out policy.toml",
-        "what maps one to one; the rest is listed with what it means"},
-       {"assay import params/env.yaml go2.xml --ignore height_scan=187 --out policy.toml",
-        "zeros in place of an observation that assay does not have"}});
+  CLI::App* command =
+      add_command(app, "import", "Make a policy's configuration from what its training wrote",
+                  {{"assay import params/env.yaml go2.xml --policy exported/policy.onnx --out policy.toml",
+                    "what maps one to one; the rest is listed with what it means"},
+                   {"assay import params/env.yaml go2.xml --ignore height_scan=187 --out policy.toml",
+                    "zeros in place of an observation that assay does not have"}});
   const auto options = std::make_shared<ImportOptions>();
   command->add_option("ENV", options->environment, "The params/env.yaml of a training, or its params/deploy.yaml")
       ->required()

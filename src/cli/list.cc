@@ -144,7 +144,7 @@ void run_list(CLI::App& command, Action& action, const std::shared_ptr<ListOptio
 
 void add_list(CLI::App& app, Action& action) {
   CLI::App* command = add_command(
-      app, "list", "List the engines with their contenders, or the systems (models) of assay",
+      app, "list", "List the engines with their contenders, or the systems of assay",
       {{"assay list engines", "all contenders, and why an engine is absent"},
        {"assay list engines --features", "which parts of a model each engine has exactly, approximately or not"},
        {"assay list engines --builds", "instruction sets, precision and assertions of each engine's binary"},

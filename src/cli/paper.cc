@@ -31,7 +31,7 @@ void obtain_line_up(const std::string& campaign) {
 
 void add_paper(CLI::App& app, Action& action) {
   CLI::App* command =
-      add_command(app, "paper", "Measure the paper's campaign, write the report, judge the paper's claims",
+      add_command(app, "paper", "Measure the paper's campaign, write the report, judge its claims",
                   {{"assay paper --quick --out results",
                     "a few minutes: fewer timesteps, shorter runs; then open results/report.html"},
                    {"assay paper --out results", "the whole campaign; after Ctrl-C or a kill the same command resumes"},

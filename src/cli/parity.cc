@@ -95,7 +95,7 @@ int run_parity(const ParityOptions& options) {
 
 void add_parity(CLI::App& app, Action& action) {
   CLI::App* command = add_command(
-      app, "parity", "Whether a model means the same robot in every engine, force by force",
+      app, "parity", "Test whether a model means the same robot in every engine",
       {{"assay parity my_robot.urdf", "one contender an engine against Newton and Euler's equations"},
        {"assay parity humanoid mujoco-euler dart --out parity.json", "two contenders, the certificate as JSON"},
        {"assay parity my_robot.urdf --out my_robot-results", "into results, whose report then shows it"}});

@@ -105,7 +105,7 @@ std::vector<double> parse_replays(const std::vector<std::string>& replays) {
 
 void add_report(CLI::App& app, Action& action) {
   CLI::App* command =
-      add_command(app, "report", "Write DIR/report.html, one file that works offline, and the paper's figures",
+      add_command(app, "report", "Write DIR/report.html, one file that works offline",
                   {{"assay report results", "also while the campaign is running: shows the results so far"},
                    {"assay report results --replays 1,4,16", "also replays runs at these timesteps"},
                    {"assay report after --against before", "with a section on what changed"},

@@ -73,10 +73,9 @@ int run_status(const StatusOptions& options) {
 }  // namespace
 
 void add_status(CLI::App& app, Action& action) {
-  CLI::App* command =
-      add_command(app, "status", "Tell how far a campaign is, with the time left, over all of its parts",
-                  {{"assay status results", "also while it is measured"},
-                   {"assay status part1 part2 part3", "shards on three machines"}});
+  CLI::App* command = add_command(app, "status", "Tell how far a campaign is and how long the rest takes",
+                                  {{"assay status results", "also while it is measured"},
+                                   {"assay status part1 part2 part3", "shards on three machines"}});
   const auto options = std::make_shared<StatusOptions>();
   command->add_option("DIR", options->dirs, "Results directories, or folders of them")->required()->type_name("");
   command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();

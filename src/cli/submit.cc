@@ -92,7 +92,7 @@ int submit(const SubmitOptions& options) {
 
 void add_submit(CLI::App& app, Action& action) {
   CLI::App* command = add_command(
-      app, "submit", "Measure a campaign on a cluster: shards as jobs, their union at the end",
+      app, "submit", "Measure a campaign on a cluster, in parts",
       {{"assay submit --slurm paper --out results --nodes 8", "accuracy on shared nodes, timings alone on theirs"},
        {"assay submit --slurm paper --out results --dry-run", "only prints the scripts"},
        {"assay submit --resume --out results", "submits parts that were lost again, or unites what there is"}});
