@@ -83,9 +83,18 @@ TEST_F(DetailsTest, PicturesAreInTheWorldFrame) {
   Scene scene;
   scene.bodies = {
       {"link", kWorld, Vec3::Zero(), Vec3::Zero(), {Vec3(1, 0, 2), Quat(std::sqrt(0.5), 0, std::sqrt(0.5), 0)}}};
-  scene.shapes = {{ShapeType::kCapsule, 0, {}, 0.1, 0.5, {1, 0.5F, 0, 1}},
-                  {ShapeType::kSphere, kWorld, {Vec3(0, 3, 0), Quat::Identity()}, 0.2, 0, {0, 0, 0, 1}},
-                  {ShapeType::kPlane, kWorld, {Vec3(0, 0, -1), Quat::Identity()}, 0, 0, {0, 0, 0, 1}}};
+  scene.shapes.resize(3);
+  Shape &capsule = scene.shapes[0], &sphere = scene.shapes[1], &plane = scene.shapes[2];
+  capsule.type = ShapeType::kCapsule;
+  capsule.body = 0;
+  capsule.radius = 0.1;
+  capsule.half_length = 0.5;
+  capsule.rgba = {1, 0.5F, 0, 1};
+  sphere.X_BS.p = {0, 3, 0};
+  sphere.radius = 0.2;
+  sphere.rgba = plane.rgba = {0, 0, 0, 1};
+  plane.type = ShapeType::kPlane;
+  plane.X_BS.p = {0, 0, -1};
   store.set_scenes({{"chain", scene_text(scene)}});
   const json pictures = picture_data(Results(store));
   ASSERT_THAT(pictures, SizeIs(1));
