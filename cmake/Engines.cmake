@@ -10,8 +10,10 @@ function(assay_engine_absent name how)
   endif()
   set_property(GLOBAL APPEND PROPERTY ASSAY_ABSENT_ENGINES ${name})
   set_property(GLOBAL PROPERTY ASSAY_HOW_TO_GET_${name} "${how}")
-  set_property(GLOBAL PROPERTY ASSAY_SET_UP_${name} "${ARGV2}")
-  set_property(GLOBAL PROPERTY ASSAY_SET_UP_TAKES_${name} "${ARGV3}")
+  if(ARGC GREATER 2)  # else ARGV2 is the caller's
+    set_property(GLOBAL PROPERTY ASSAY_SET_UP_${name} "${ARGV2}")
+    set_property(GLOBAL PROPERTY ASSAY_SET_UP_TAKES_${name} "${ARGV3}")
+  endif()
   message(STATUS "assay: engine ${name}: not found, its adapter is left out. ${how}")
 endfunction()
 

@@ -94,8 +94,13 @@ class Engines(AssayTest):
         done = subprocess.run(["cmake", "-S", SOURCE, "-B", self.dir / "build", f"-DASSAY_CACHE={self.dir}/cache",
                                "-DASSAY_TESTS=OFF"], capture_output=True, text=True, env=self.env)
         self.assertEqual(done.returncode, 0, done.stderr)
-        known = dict(re.findall(r'^\{R"\((.*)\)", R"(?:how)?\((.*?)\)(?:how)?", ".*", ".*"\},$',
-                                (self.dir / "build/src/engines/known_engines.inc").read_text(), re.M))
+        rows = re.findall(r'^\{R"\((.*)\)", R"(?:how)?\((.*?)\)(?:how)?", "(.*)", "(.*)"\},$',
+                          (self.dir / "build/src/engines/known_engines.inc").read_text(), re.M)
+        known = {name: how for name, how, _, _ in rows}
+        set_up = {name: (what, takes) for name, _, what, takes in rows}
+        self.assertEqual(set_up["bullet-f64"], ("", ""), "the core is no engine to ask for")
+        self.assertEqual(set_up["ode"], ("", ""))
+        self.assertEqual(set_up["bullet-f32"], ("bullet-f32", "5 minutes of compiling"))
         self.assertIn("setup/setup.sh", known["bullet-f64"])
         self.assertIn("./assay setup bullet-f32 (", known["bullet-f32"])
         self.assertIn("./assay setup jolt (", known["jolt-f64"])
