@@ -26,8 +26,6 @@
 #include "isolate/activity.h"
 #include "load/mjcf.h"
 #include "measures/batch.h"
-#include "measures/reference/smooth.h"
-#include "measures/run_measures.h"
 #include "model/joint.h"
 
 namespace assay {
@@ -113,59 +111,29 @@ GraspBodies grasp_of(const Section& section, const Model& model) {
   return grasp;
 }
 
-// What a measure needs of its system.
-void check_measures(const Section& section, const CampaignSystem& system, bool passive) {
-  const toml::node* where = section.find("measures");
-  if (system.has(Measure::kTruth)) {
-    const std::string obstacle = smooth_obstacle(system.model);
-    if (!obstacle.empty() || !passive) {
-      section.fail(where, fmt::format("system '{}' cannot be measured against the truth, which needs a smooth, passive "
-                                      "motion: {}; leave 'truth' out of its measures",
-                                      system.name, obstacle.empty() ? "its control is not passive" : obstacle));
-    }
-  }
-  for (const Measure measure : system.measures) {
-    const RunMeasure* of_run = find_run_measure(measure_text(measure));
-    const std::string obstacle = of_run == nullptr ? "" : of_run->obstacle(system.model, passive);
-    if (obstacle.empty()) continue;
-    section.fail(where, fmt::format("system '{}' {}: leave '{}' out of its measures", system.name, obstacle,
-                                    measure_text(measure)));
-  }
-  if (system.has(Measure::kGrasp) && system.grasp.object < 0) {
-    section.fail(where, fmt::format("system '{}' does not say who is to stay in whose hand: give grasp = {{object = "
-                                    "\"...\", hand = \"...\"}}, names of bodies",
-                                    system.name));
-  }
-  if (system.has(Measure::kBatch) && !passive) {
-    section.fail(where,
-                 fmt::format("system '{}' has a control, and the worlds of 'batch' move by themselves: give control "
-                             "= \"passive\", or leave 'batch' out of its measures",
-                             system.name));
-  }
-  if (system.has(Measure::kScaling) && system.family.empty()) {
-    section.fail(where, fmt::format("system '{}' does not say which systems it is compared with in size: give each of "
-                                    "them the same family = \"...\"",
-                                    system.name));
+// What measures need of their system.
+void check_measures(const Section& section, const CampaignSystem& system, const Control& control) {
+  const MeasuredSystem asked = {system.model, control.is_zero(), control.policy() != nullptr, !system.family.empty(),
+                                system.grasp};
+  for (const Measure* measure : system.measures) {
+    const std::string obstacle = measure->obstacle == nullptr ? "" : measure->obstacle(asked);
+    if (!obstacle.empty()) section.fail(section.find("measures"), fmt::format("system '{}' {}", system.name, obstacle));
   }
 }
 
 // A control that remembers has no pieces of runs, and its period is a whole number of every timestep.
 void check_control(const Section& section, const CampaignSystem& system, const Control& control) {
-  const toml::node* measures = section.find("measures");
-  if (system.has(Measure::kTransfer) && control.policy() == nullptr) {
-    section.fail(measures, fmt::format("system '{}' has no policy, whose runs 'transfer' judges: give control = {{kind "
-                                       "= \"policy\", config = \"policy.toml\"}}",
-                                       system.name));
-  }
   if (!control.has_memory()) return;
-  for (const Measure measure : {Measure::kConsistency, Measure::kRawSpeed}) {
-    if (!system.has(measure)) continue;
-    section.fail(measures, fmt::format("'{}' starts in the middle of runs of system '{}', where a policy would not "
-                                       "remember what came before: leave it out of its measures",
-                                       measure_text(measure), system.name));
+  for (const Reads reads : {Reads::kPieces, Reads::kSteps}) {
+    const auto measure = std::ranges::find(system.measures, reads, &Measure::reads);
+    if (measure == system.measures.end()) continue;
+    section.fail(section.find("measures"),
+                 fmt::format("'{}' starts in the middle of runs of system '{}', where a policy would not "
+                             "remember what came before: leave it out of its measures",
+                             (*measure)->name, system.name));
   }
   std::vector<double> timesteps = system.timesteps_ms;
-  if (system.has(Measure::kTransfer) || system.has(Measure::kAgreement)) timesteps.push_back(system.reference_ms);
+  if (system.has(Reads::kRunPairs) || system.has(Reads::kFineRuns)) timesteps.push_back(system.reference_ms);
   for (const double timestep : timesteps) {
     at_node(section, section.find("timesteps_ms"), [&] { control.check_timestep(1e-3 * timestep); });
   }
@@ -173,7 +141,7 @@ void check_control(const Section& section, const CampaignSystem& system, const C
 
 struct Defaults {
   std::optional<std::vector<double>> timesteps_ms;
-  std::optional<std::vector<Measure>> measures;
+  std::optional<std::vector<const Measure*>> measures;
   double reference_ms = 1.0 / 64;
   std::optional<double> reference_single_ms;
   std::vector<int> contenders;
@@ -219,18 +187,18 @@ void read_initial_states(const Section& section, long long seed, CampaignSystem&
       const bool zero = width->value<double>() == 0.0;
       states.around.*part.member = zero ? 0 : around.positive(part.name, *width);
     }
-    if (states.count == 1 && !system.has(Measure::kBatch)) {
+    if (states.count == 1 && !system.has(Reads::kWorlds)) {
       section.fail(node, "'perturbation' without initial_states: give their number");
     }
   }
-  if (states.count == 1 && !system.has(Measure::kBatch)) return;
+  if (states.count == 1 && !system.has(Reads::kWorlds)) return;
   if (const std::string obstacle = perturbation_obstacle(system.model); !obstacle.empty()) {
     const bool states_given = states.count > 1;
     section.fail(section.find(states_given ? "initial_states" : "measures"),
                  fmt::format("system '{}' {}: leave {} out", system.name, obstacle,
                              states_given ? "'initial_states'" : "'batch'"));
   }
-  if (system.has(Measure::kConsistency) && system.pieces < states.count) {
+  if (system.has(Reads::kPieces) && system.pieces < states.count) {
     section.fail(section.find("initial_states"),
                  fmt::format("{} pieces are fewer than {} initial states: give pieces = {} or more", system.pieces,
                              states.count, states.count));
@@ -254,12 +222,12 @@ void read_pushes(const Section& section, CampaignSystem& system) {
   if (const std::string obstacle = push_obstacle(system.model, system.pushes); !obstacle.empty()) {
     section.fail(node, fmt::format("system '{}' {}", system.name, obstacle));
   }
-  for (const Measure measure : system.measures) {
-    if (measure == Measure::kTransfer) continue;
+  for (const Measure* measure : system.measures) {
+    if (measure->reads == Reads::kRunPairs) continue;
     section.fail(node,
                  fmt::format("'push' is for runs that 'transfer' judges, but system '{}' measures '{}', too: leave "
                              "one of them out",
-                             system.name, measure_text(measure)));
+                             system.name, measure->name));
   }
 }
 
@@ -267,7 +235,7 @@ void read_pushes(const Section& section, CampaignSystem& system) {
 void read_worlds(const Section& section, CampaignSystem& system) {
   constexpr int kMostWorlds = 65536, kLeastSteps = 2 * kBatchMoments;
   const toml::node* node = section.find("worlds");
-  const bool batch = system.has(Measure::kBatch);
+  const bool batch = system.has(Reads::kWorlds);
   if (node == nullptr) {
     if (!batch) return;
     section.fail(
@@ -300,6 +268,22 @@ void read_worlds(const Section& section, CampaignSystem& system) {
                              "spread: give at least {} s",
                              shortest(system.duration_s), kLeastSteps, timestep_label(longest),
                              shortest(1e-3 * kLeastSteps * longest)));
+  }
+}
+
+// Of measures with a key of their own for timesteps: "violation_ms".
+void read_own_timesteps(const Section& section, CampaignSystem& system) {
+  for (const Measure& measure : measures()) {
+    if (measure.timesteps_key.empty()) continue;
+    const std::string key(measure.timesteps_key);
+    const std::vector<double> own = section.timesteps(key).value_or(system.timesteps_ms);
+    for (const double timestep : own) {
+      if (std::ranges::any_of(system.timesteps_ms, [&](double each) { return same_timestep(each, timestep); }))
+        continue;
+      section.fail(section.find(key), fmt::format("'{}' has {} ms, which is none of the system's timesteps: {} ms", key,
+                                                  timestep_label(timestep), joined_ms(system.timesteps_ms)));
+    }
+    system.own_timesteps_ms[key] = own;
   }
 }
 
@@ -343,7 +327,7 @@ void check_grid(const Section& section, const CampaignSystem& system) {
                  fmt::format("samples of {} ms are not a whole number of the reference's timestep of {} ms: change one",
                              timestep_label(system.sample_ms), timestep_label(system.reference_ms)));
   }
-  const bool pieces = system.has(Measure::kConsistency);
+  const bool pieces = system.has(Reads::kPieces);
   const double grid_ms = system.grid_ms();
   for (const double length : pieces ? system.more_pieces_ms : std::vector<double>()) {
     const bool fits = (whole(length, system.sample_ms) || whole(system.sample_ms, length)) && whole(length, grid_ms) &&
@@ -373,7 +357,7 @@ void check_grid(const Section& section, const CampaignSystem& system) {
   }
   // That of 'transfer' is the run in which the policy was trained, and need not be the finest.
   const bool only_transfer =
-      std::ranges::all_of(system.measures, [](Measure measure) { return measure == Measure::kTransfer; });
+      std::ranges::all_of(system.measures, [](const Measure* measure) { return measure->reads == Reads::kRunPairs; });
   if (!only_transfer && system.timesteps_ms.front() < system.reference_ms * (1 - 1e-9)) {
     section.fail(section.find("reference_ms"),
                  fmt::format("the timestep {} ms is smaller than the reference's, {} ms: the reference has to be the "
@@ -457,14 +441,14 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults, long 
   system.push_sample_ms = system.sample_ms;
   check_size(section, system);
   check_grid(section, system);
-  if (system.has(Measure::kConsistency) && !whole(system.timesteps_ms.front(), system.reference_ms)) {
+  if (system.has(Reads::kPieces) && !whole(system.timesteps_ms.front(), system.reference_ms)) {
     section.fail(section.find("reference_ms"), "the smallest timestep is not a whole number of the reference's");
   }
   // The restart floor is the error at the reference's own timestep.
-  if (system.has(Measure::kConsistency) && system.timesteps_ms.front() > system.reference_ms * (1 + 1e-9)) {
+  if (system.has(Reads::kPieces) && system.timesteps_ms.front() > system.reference_ms * (1 + 1e-9)) {
     system.timesteps_ms.insert(system.timesteps_ms.begin(), system.reference_ms);
   }
-  if (system.has(Measure::kConsistency) && std::ranges::none_of(system.timesteps_ms, [&](double each) {
+  if (system.has(Reads::kPieces) && std::ranges::none_of(system.timesteps_ms, [&](double each) {
         return same_timestep(each, system.reference_single_ms);
       })) {
     section.fail(section.find("reference_single_ms"),
@@ -473,17 +457,10 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults, long 
   }
   system.timing_ms = section.timesteps("timing_ms").value_or(system.timesteps_ms);
   read_worlds(section, system);
-  system.violation_ms = section.timesteps("violation_ms").value_or(system.timesteps_ms);
-  for (const double timestep : system.violation_ms) {
-    if (std::ranges::any_of(system.timesteps_ms, [&](double each) { return same_timestep(each, timestep); })) continue;
-    section.fail(section.find("violation_ms"), fmt::format("'violation_ms' has {} ms, which is none of the system's "
-                                                           "timesteps: {} ms",
-                                                           timestep_label(timestep), joined_ms(system.timesteps_ms)));
-  }
+  read_own_timesteps(section, system);
   system.control = control_of(section, system.model);
 
   const auto control = make_control(system.model, system.control);
-  const bool passive = control->is_zero();
   system.grasp = grasp_of(section, system.model);
   const toml::node* contenders = section.find("contenders");
   system.contenders = contenders != nullptr ? roster.listed(section, *contenders) : defaults.contenders;
@@ -494,7 +471,7 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults, long 
                              "campaign",
                              system.name));
   }
-  check_measures(section, system, passive);
+  check_measures(section, system, *control);
   check_control(section, system, *control);
   return system;
 }
@@ -559,7 +536,7 @@ Coordinates coordinates_of(const CampaignContender& contender) {
 
 // The contender that the system's policy was trained in, if it takes part.
 void find_trained_in(const Campaign& campaign, CampaignSystem& system) {
-  if (!system.has(Measure::kTransfer)) return;
+  if (!system.has(Reads::kRunPairs)) return;
   const auto control = make_control(system.model, system.control);
   for (const int index : system.contenders) {
     const CampaignContender& contender = campaign.contenders[static_cast<size_t>(index)];
@@ -570,7 +547,7 @@ void find_trained_in(const Campaign& campaign, CampaignSystem& system) {
 // Whose states all timings of the system start from. Joints come apart in maximal coordinates, and joint coordinates
 // cannot express that.
 void choose_states(const Section& section, const Campaign& campaign, CampaignSystem& system) {
-  if (!campaign.timing.common_states || !system.has(Measure::kRawSpeed)) return;
+  if (!campaign.timing.common_states || !system.has(Reads::kSteps)) return;
   const auto of = [&](int index) -> const CampaignContender& {
     return campaign.contenders[static_cast<size_t>(index)];
   };
@@ -612,7 +589,9 @@ nlohmann::json content_of(const CampaignSystem& system) {
   if (system.grasp.object >= 0) content["grasp"] = {system.grasp.object, system.grasp.hand, system.grasp.drop_m};
   if (system.initial_states.count > 1 || !system.worlds.empty())
     content["initial_states"] = initial_states_content(system.initial_states);
-  if (system.violation_ms.size() < system.timesteps_ms.size()) content["violation_ms"] = system.violation_ms;
+  for (const auto& [key, timesteps] : system.own_timesteps_ms) {
+    if (timesteps.size() < system.timesteps_ms.size()) content[key] = timesteps;
+  }
   return content;
 }
 
@@ -659,7 +638,15 @@ std::map<std::string, std::string> ratios_of(const Section& root, const std::vec
 
 }  // namespace
 
-bool CampaignSystem::has(Measure measure) const { return std::ranges::find(measures, measure) != measures.end(); }
+bool CampaignSystem::has(Reads reads) const {
+  return std::ranges::find(measures, reads, &Measure::reads) != measures.end();
+}
+
+const std::vector<double>& CampaignSystem::timesteps_of(const Measure& measure) const {
+  if (is_timed(measure.reads)) return timing_ms;
+  const auto own = own_timesteps_ms.find(measure.timesteps_key);
+  return own == own_timesteps_ms.end() ? timesteps_ms : own->second;
+}
 
 double CampaignSystem::reference_of(const CampaignContender& contender) const {
   const ResolvedContender& resolved = contender.resolved;
@@ -674,18 +661,18 @@ double CampaignSystem::reference_of(const CampaignContender& contender) const {
   return usable == timesteps_ms.end() ? asked_ms : *usable;
 }
 
-int CampaignSystem::shown_state() const { return initial_states.count > 1 && !has(Measure::kAgreement) ? 1 : 0; }
+int CampaignSystem::shown_state() const { return initial_states.count > 1 && !has(Reads::kFineRuns) ? 1 : 0; }
 
 double CampaignSystem::grid_ms() const {
   double grid = sample_ms;
   for (const double length : more_pieces_ms) grid = std::min(grid, length);
-  return has(Measure::kConsistency) ? grid : sample_ms;
+  return has(Reads::kPieces) ? grid : sample_ms;
 }
 
 nlohmann::json system_content(const CampaignSystem& system) {
   std::vector<std::string> measures;
   measures.reserve(system.measures.size());
-  for (const Measure measure : system.measures) measures.emplace_back(measure_text(measure));
+  for (const Measure* measure : system.measures) measures.emplace_back(measure->name);
   nlohmann::json content = {{"duration_s", system.duration_s},
                             {"sample_ms", system.sample_ms},
                             {"pieces", system.pieces},

@@ -2,6 +2,7 @@
 // example, and campaign/keys.h has its keys.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -15,26 +16,12 @@
 #include "load/load_options.h"
 #include "measures/grasp.h"
 #include "measures/initial_states.h"
+#include "measures/measure.h"
 #include "measures/pushes.h"
 #include "model/model.h"
 #include "model/variant.h"
 
 namespace assay {
-
-// Run measures (measures/run_measures.h) that nothing here names have no enumerator; they follow the last one.
-enum class Measure {
-  kRawSpeed,
-  kConsistency,
-  kTruth,
-  kDrift,
-  kViolation,
-  kGrasp,
-  kAgreement,
-  kScaling,
-  kTransfer,
-  kBatch
-};
-std::string_view measure_text(Measure measure);  // "raw_speed", ...
 
 struct TimingOptions {
   int rounds = 24;
@@ -64,13 +51,14 @@ struct CampaignSystem {
   double push_sample_ms = 0;  // sample_ms as the campaign has it: reruns may take more samples
   ControlSpec control;
   GraspBodies grasp;
-  std::vector<int> worlds;           // of 'batch', ascending
-  std::string family;                // of systems that differ only in size, "" for none
-  std::vector<Measure> measures;     // in the order of the enum
-  std::vector<double> timesteps_ms;  // ascending, the reference's among them where consistency is measured
-  std::vector<double> timing_ms;     // ascending
-  std::vector<double> violation_ms;  // ascending; some of timesteps_ms
-  std::vector<int> contenders;       // indices into Campaign::contenders, ascending
+  std::vector<int> worlds;               // of 'batch', ascending
+  std::string family;                    // of systems that differ only in size, "" for none
+  std::vector<const Measure*> measures;  // in the order of measures()
+  std::vector<double> timesteps_ms;      // ascending, the reference's among them where consistency is measured
+  std::vector<double> timing_ms;         // ascending
+  // Some of timesteps_ms, ascending, for measures with a key of their own for them, by this key.
+  std::map<std::string, std::vector<double>, std::less<>> own_timesteps_ms;
+  std::vector<int> contenders;  // indices into Campaign::contenders, ascending
   double reference_ms = 1.0 / 64;
   // Index of the contender from whose reference runs 'transfer' tells when others part: the one that the policy was
   // trained in; -1: it does not take part.
@@ -78,7 +66,9 @@ struct CampaignSystem {
   int states_of = -1;  // index of the contender whose states all timings start from; -1: each from its own
   double reference_single_ms = 1.0 / 64;  // of contenders in single precision
 
-  bool has(Measure measure) const;  // whether it is measured
+  bool has(Reads reads) const;  // whether a measure that reads this is measured
+  // Those at which the measure has cells, but for cells of fine-step runs.
+  const std::vector<double>& timesteps_of(const Measure& measure) const;
   // Timestep of the contender's reference runs, at which it declares to lose no slow motions.
   double reference_of(const CampaignContender& contender) const;
   // Distance of the samples of reference runs, ms: sample_ms, or a part of it that the shortest pieces need.

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <set>
 #include <tuple>
+#include <variant>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -15,7 +16,7 @@
 #include "campaign/shards.h"
 #include "engines/batch.h"
 #include "measures/batch.h"
-#include "measures/run_measures.h"
+#include "measures/measure.h"
 
 namespace assay {
 namespace {
@@ -31,12 +32,6 @@ nlohmann::json run_content(const CampaignSystem& system, const std::string& cont
                             {"timestep_ms", timestep_ms}};
   if (system.pushes.any()) content["push"] = pushes_content(system.pushes);
   return content;
-}
-
-// Whether a measure's cells take a run from every initial state.
-bool reads_states(const std::string& measure) {
-  return measure == "consistency" || measure == "grasp" || measure == "transfer" ||
-         find_run_measure(measure) != nullptr;
 }
 
 // Simulated steps of the pieces of all lengths that a timestep has (run/worker/job_accuracy.cc).
@@ -68,157 +63,244 @@ double batch_seconds(const Campaign& campaign, double step_s, int worlds) {
   return kStartSeconds + kWorldSeconds * worlds + timing.rounds * turn_s;
 }
 
+// Makes the cells of one system's contenders.
+class SystemPlanner {
+ public:
+  SystemPlanner(const Campaign& campaign, int index, std::vector<PlannedCell>& cells)
+      : campaign_(campaign),
+        index_(index),
+        system_(campaign.systems[static_cast<size_t>(index)]),
+        control_(make_control(system_.model, system_.control)->description()),
+        states_(system_.initial_states.count),
+        // timings start from states of it, too
+        has_fine_run_(system_.has(Reads::kPieces) || system_.has(Reads::kSteps) || system_.has(Reads::kFineRuns)),
+        measures_(system_.measures),
+        cells_(cells) {
+    const auto order = [](const Measure* measure) {
+      return shares_runs(measure->reads) ? Reads::kRun : measure->reads;
+    };
+    std::ranges::stable_sort(measures_, {}, order);
+    for (int state = 0; system_.trained_in >= 0 && state < states_; ++state) {
+      trained_in_.push_back(fine_run(of(system_.trained_in), state));
+    }
+    if (states_ > 1) from_states_ = initial_states_content(system_.initial_states);
+    if (!system_.has(Reads::kFineRuns)) return;
+    for (const int c : system_.contenders) {
+      if (of(c).absent.empty() && !of(c).twin) compared_.push_back({of(c).resolved.name, fine_run(of(c))});
+    }
+  }
+
+  void plan() {
+    for (const int c : system_.contenders) {
+      if (of(c).absent.empty()) plan_contender(c);
+    }
+  }
+
+ private:
+  const CampaignContender& of(int contender) const { return campaign_.contenders[static_cast<size_t>(contender)]; }
+
+  void plan_contender(int index) {
+    contender_index_ = index;
+    contender_ = &of(index);
+    fine_run_ = fine_run(*contender_);
+    fine_ms_ = system_.reference_of(*contender_);
+    other_states_.clear();
+    for (int state = 1; state < states_; ++state) other_states_.push_back(fine_run(*contender_, state));
+    made_.clear();
+    if (has_fine_run_ && !contender_->twin) plan_fine_run(*find_measure(kFineRunCell));
+    for (const Measure* measure : measures_) {
+      // a twin shares the runs of the contender that it is one with
+      if (!contender_->twin || measure->reads == Reads::kSteps) plan_measure(*measure);
+    }
+  }
+
+  void plan_measure(const Measure& measure) {
+    switch (measure.reads) {
+      case Reads::kFineRun:
+        break;  // which is no measure of a system
+      case Reads::kPieces:
+        return plan_pieces(measure);
+      case Reads::kSolution:
+      case Reads::kRun:
+      case Reads::kRunPairs:
+        return plan_runs(measure);
+      case Reads::kFineRuns:
+        return plan_fine_runs(measure);
+      case Reads::kWholeRuns:
+        return plan_whole_runs(measure);
+      case Reads::kSteps:
+        return plan_steps(measure);
+      case Reads::kWorlds:
+        return plan_worlds(measure);
+    }
+  }
+
+  // ---- content: what decides the result of a cell or a run ----
+
+  nlohmann::json run(double timestep_ms) const {
+    return run_content(system_, control_, *contender_, timestep_ms, system_.sample_ms);
+  }
+
+  // The address of a fine-step run.
+  std::string fine_run(const CampaignContender& contender, int state = 0) const {
+    nlohmann::json content =
+        run_content(system_, control_, contender, system_.reference_of(contender), system_.grid_ms());
+    const InitialStates& states = system_.initial_states;
+    // how many there are does not change one of them
+    if (state > 0) content["initial_state"] = initial_states_content({state, states.seed, states.around});
+    return content_hash(dump_json(content));
+  }
+
+  // The measure's version, then what it reads depends on, then its own parameters.
+  nlohmann::json parameters(const Measure& measure, const nlohmann::json& of_what_it_reads = nullptr) const {
+    nlohmann::json all;
+    if (measure.version > 0) all.push_back(measure.version);
+    for (const nlohmann::json& each : of_what_it_reads) all.push_back(each);
+    if (measure.parameters == nullptr) return all;
+    const MeasuredSystem asked = {.model = system_.model, .grasp = system_.grasp};
+    for (const Parameter& each : measure.parameters(asked)) {
+      std::visit([&](const auto& number) { all.push_back(number); }, each);
+    }
+    return all;
+  }
+
+  PlannedCell& add(const Measure& measure, const std::string& stored, double timestep_ms, const std::string& trajectory,
+                   long long steps, const nlohmann::json& of_what_it_reads = nullptr) {
+    nlohmann::json content = {
+        {"run", run(timestep_ms)},           {"system", system_.name},
+        {"name", contender_->resolved.name}, {"measure", stored},
+        {"limit_s", campaign_.time_limit_s}, {"parameters", parameters(measure, of_what_it_reads)}};
+    if (!from_states_.is_null() && takes_all_states(measure.reads)) content["initial_states"] = from_states_;
+    cells_.push_back({.key = content_hash(dump_json(content)),
+                      .system = index_,
+                      .contender = contender_index_,
+                      .timestep_ms = timestep_ms,
+                      .measure = stored,
+                      .reads = measure.reads,
+                      .trajectory = trajectory,
+                      .steps = steps});
+    return cells_.back();
+  }
+  PlannedCell& add(const Measure& measure, double timestep_ms, const std::string& trajectory, long long steps,
+                   const nlohmann::json& of_what_it_reads = nullptr) {
+    return add(measure, std::string(measure.name), timestep_ms, trajectory, steps, of_what_it_reads);
+  }
+
+  // The address under which a cell keeps something of its runs.
+  static std::string kept_as(const nlohmann::json& content) { return content_hash(dump_json(content)); }
+
+  long long run_steps(double timestep_ms) const { return steps_of(system_.duration_s * 1000, timestep_ms); }
+
+  // ---- cells, by what they read ----
+
+  void plan_fine_run(const Measure& measure) {
+    const int runs = system_.has(Reads::kPieces) ? states_ : 1;
+    add(measure, fine_ms_, fine_run_, runs * run_steps(fine_ms_)).runs = runs;
+  }
+
+  void plan_pieces(const Measure& measure) {
+    for (const double timestep : system_.timesteps_of(measure)) {
+      // a run with smaller steps than the fine-step run's has none
+      if (timestep < fine_ms_ * (1 - 1e-9)) continue;
+      nlohmann::json pieces = {system_.pieces, system_.piece_ms, fine_ms_, campaign_.seed};
+      if (!system_.more_pieces_ms.empty()) pieces.push_back(system_.more_pieces_ms);
+      add(measure, timestep, fine_run_, piece_steps(system_, timestep), pieces).other_states = other_states_;
+    }
+  }
+
+  // Measures of one run a timestep: the first of them makes it.
+  void plan_runs(const Measure& measure) {
+    const bool compares = measure.reads == Reads::kRunPairs && !trained_in_.empty();
+    nlohmann::json pair;
+    if (measure.reads == Reads::kRunPairs) pair.push_back(compares ? trained_in_.front() : "");
+    const bool has_pieces = system_.has(Reads::kPieces);
+    for (const double timestep : system_.timesteps_of(measure)) {
+      const bool is_fine_run = has_fine_run_ && same_timestep(timestep, fine_ms_);
+      const bool from_all = states_ == 1 || takes_all_states(measure.reads);
+      const bool first = from_all ? made_.insert(timestep).second : !made_.contains(timestep);
+      // of the states' runs at the fine timestep only the first exists where there are no pieces
+      const long long runs = from_all ? states_ : 1;
+      const long long by_fine_run = has_pieces ? runs : 1;
+      const long long there = is_fine_run ? by_fine_run : 0;
+      PlannedCell& cell =
+          add(measure, timestep, is_fine_run ? fine_run_ : "", first ? (runs - there) * run_steps(timestep) : 0, pair);
+      if (compares) cell.against = trained_in_;
+      if (measure.reads == Reads::kRunPairs && !has_fine_run_ && same_timestep(timestep, system_.reference_ms)) {
+        cell.keep =
+            kept_as({{"shown", 1}, {"run", run(timestep)}, {"from", from_states_}, {"state", system_.shown_state()}});
+      }
+      if (is_fine_run && from_all && has_pieces) cell.other_states = other_states_;
+    }
+  }
+
+  // What it gives depends on which contenders are compared.
+  void plan_fine_runs(const Measure& measure) { add(measure, fine_ms_, fine_run_, 0, compared_); }
+
+  void plan_whole_runs(const Measure& measure) {
+    for (const double timestep : system_.timesteps_of(measure)) {
+      PlannedCell& cell = add(measure, timestep, "", run_steps(timestep));
+      if (has_fine_run_ && same_timestep(timestep, fine_ms_)) continue;  // all its states are kept
+      cell.final_state = kept_as({{"final_state", 1}, {"run", run(timestep)}});
+    }
+  }
+
+  void plan_steps(const Measure& measure) {
+    const TimingOptions& timing = campaign_.timing;
+    const bool own = system_.states_of < 0;
+    const CampaignContender& owner = own ? *contender_ : of(system_.states_of);
+    const std::string states_from = fine_run(owner);
+    for (const double timestep : system_.timesteps_of(measure)) {
+      PlannedCell& cell = add(measure, timestep, states_from, 0,
+                              {timing.rounds, timing.batch_ms, timing.windows, timing.warmup, timing.processes,
+                               system_.reference_of(owner), campaign_.seed, own ? "" : states_from});
+      if (!own || same_timestep(timestep, fine_ms_)) continue;
+      cell.timed_run = kept_as({{"timed_run", 1}, {"run", run(timestep)}});
+    }
+  }
+
+  void plan_worlds(const Measure& measure) {
+    const TimingOptions& timing = campaign_.timing;
+    // an engine that steps one world does so in processes of the machine, whatever the device
+    const bool many = batch_engine(contender_->resolved.engine) != nullptr;
+    const std::string device = many ? campaign_.device : "cpu";
+    for (const double timestep : system_.timesteps_of(measure)) {
+      for (const int worlds : system_.worlds) {
+        PlannedCell& cell = add(measure, batch_name({worlds, device}), timestep, "", 0,
+                                {initial_states_content(system_.initial_states), timing.rounds, timing.batch_ms,
+                                 timing.warmup, campaign_.seed});
+        cell.worlds = worlds;
+        cell.device = device;
+      }
+    }
+  }
+
+  const Campaign& campaign_;
+  int index_;
+  const CampaignSystem& system_;
+  std::string control_;
+  int states_;
+  bool has_fine_run_;
+  std::vector<const Measure*> measures_;  // in the order of their cells
+  std::vector<std::string> trained_in_;   // fine-step runs of that contender, from each state
+  nlohmann::json from_states_;            // what several initial states add to a cell's content
+  nlohmann::json compared_ = nlohmann::json::array();
+  std::vector<PlannedCell>& cells_;
+
+  // Of the contender under way.
+  int contender_index_ = 0;
+  const CampaignContender* contender_ = nullptr;
+  std::string fine_run_;  // its address
+  double fine_ms_ = 0;
+  std::vector<std::string> other_states_;  // fine-step runs from the other initial states
+  std::set<double> made_;                  // timesteps whose runs from all states a cell makes
+};
+
 }  // namespace
 
 Plan make_plan(const Campaign& campaign, int shards, ShardCells cells) {
   Plan plan;
   for (size_t s = 0; s < campaign.systems.size(); ++s) {
-    const CampaignSystem& system = campaign.systems[s];
-    const std::string control = make_control(system.model, system.control)->description();
-    const auto run_of = [&](const CampaignContender& contender, double timestep_ms) {
-      return run_content(system, control, contender, timestep_ms, system.sample_ms);
-    };
-    const InitialStates& states_of = system.initial_states;
-    const auto reference_of = [&](const CampaignContender& contender, int state = 0) {
-      nlohmann::json content =
-          run_content(system, control, contender, system.reference_of(contender), system.grid_ms());
-      // how many there are does not change one of them
-      if (state > 0) content["initial_state"] = initial_states_content({state, states_of.seed, states_of.around});
-      return content_hash(dump_json(content));
-    };
-    const int states = system.initial_states.count;
-    std::vector<std::string> trained_in;  // runs of that contender, from each state
-    for (int state = 0; system.trained_in >= 0 && state < states; ++state) {
-      trained_in.push_back(reference_of(campaign.contenders[static_cast<size_t>(system.trained_in)], state));
-    }
-    nlohmann::json from_states;  // what several initial states add to a cell's content
-    if (states > 1) from_states = initial_states_content(system.initial_states);
-    // What agreement gives depends on which contenders are compared.
-    nlohmann::json compared = nlohmann::json::array();
-    if (system.has(Measure::kAgreement)) {
-      for (const int c : system.contenders) {
-        const CampaignContender& contender = campaign.contenders[static_cast<size_t>(c)];
-        if (contender.absent.empty() && !contender.twin)
-          compared.push_back({contender.resolved.name, reference_of(contender)});
-      }
-    }
-    for (const int c : system.contenders) {
-      const CampaignContender& contender = campaign.contenders[static_cast<size_t>(c)];
-      if (!contender.absent.empty()) continue;
-      // A twin shares the runs of the contender that it is one with.
-      const auto has = [&](Measure measure) {
-        return system.has(measure) && (!contender.twin || measure == Measure::kRawSpeed);
-      };
-      // Timing starts from states of the reference run, too.
-      const bool has_reference =
-          has(Measure::kConsistency) || system.has(Measure::kRawSpeed) || has(Measure::kAgreement);
-      const std::string reference = reference_of(contender);
-      const double reference_ms = system.reference_of(contender);
-      std::vector<std::string> other_states;
-      for (int state = 1; state < states; ++state) other_states.push_back(reference_of(contender, state));
-
-      const auto add = [&](const std::string& measure, double timestep_ms, const std::string& trajectory,
-                           long long steps, const nlohmann::json& parameters) {
-        nlohmann::json content = {{"run", run_of(contender, timestep_ms)}, {"system", system.name},
-                                  {"name", contender.resolved.name},       {"measure", measure},
-                                  {"limit_s", campaign.time_limit_s},      {"parameters", parameters}};
-        if (!from_states.is_null() && reads_states(measure)) content["initial_states"] = from_states;
-        plan.cells.push_back(
-            {content_hash(dump_json(content)), static_cast<int>(s), c, timestep_ms, measure, trajectory, steps, 1});
-      };
-      const double run_ms = system.duration_s * 1000;
-      if (has_reference && !contender.twin) {
-        const int runs = system.has(Measure::kConsistency) ? states : 1;
-        add("reference", reference_ms, reference, runs * steps_of(run_ms, reference_ms), {});
-        plan.cells.back().runs = runs;
-      }
-      if (has(Measure::kConsistency)) {
-        for (const double timestep : system.timesteps_ms) {
-          // a run with smaller steps than the reference's has none
-          if (timestep < reference_ms * (1 - 1e-9)) continue;
-          nlohmann::json parameters = {system.pieces, system.piece_ms, reference_ms, campaign.seed};
-          if (!system.more_pieces_ms.empty()) parameters.push_back(system.more_pieces_ms);
-          add("consistency", timestep, reference, piece_steps(system, timestep), parameters);
-          plan.cells.back().other_states = other_states;
-        }
-      }
-      // These measures read one run a timestep: the first of them makes it.
-      std::set<double> made;
-      for (const Measure measure : system.measures) {
-        const bool reads_run = measure == Measure::kTruth || measure == Measure::kGrasp ||
-                               measure == Measure::kTransfer || find_run_measure(measure_text(measure)) != nullptr;
-        if (!reads_run || contender.twin) continue;
-        nlohmann::json parameters;
-        const bool compares = measure == Measure::kTransfer && !trained_in.empty();
-        // what is stored beside the values of a policy's runs
-        constexpr int kTransferVersion = 2;
-        if (measure == Measure::kTransfer) parameters = {kTransferVersion, compares ? trained_in.front() : ""};
-        if (measure == Measure::kGrasp) parameters = {system.grasp.object, system.grasp.hand, system.grasp.drop_m};
-        for (const double timestep : measure == Measure::kViolation ? system.violation_ms : system.timesteps_ms) {
-          const bool is_reference = has_reference && same_timestep(timestep, reference_ms);
-          const bool from_all = states == 1 || reads_states(std::string(measure_text(measure)));
-          const bool first = from_all ? made.insert(timestep).second : !made.contains(timestep);
-          // of the states' runs at the reference's timestep only the first exists where there are no pieces
-          const long long runs = from_all ? states : 1;
-          const long long by_reference = system.has(Measure::kConsistency) ? runs : 1;
-          const long long there = is_reference ? by_reference : 0;
-          add(std::string(measure_text(measure)), timestep, is_reference ? reference : "",
-              first ? (runs - there) * steps_of(run_ms, timestep) : 0, parameters);
-          if (compares) plan.cells.back().against = trained_in;
-          if (measure == Measure::kTransfer && !has_reference && same_timestep(timestep, system.reference_ms)) {
-            const nlohmann::json content = {{"shown", 1},
-                                            {"run", run_of(contender, timestep)},
-                                            {"from", from_states},
-                                            {"state", system.shown_state()}};
-            plan.cells.back().keep = content_hash(dump_json(content));
-          }
-          if (is_reference && from_all && system.has(Measure::kConsistency)) {
-            plan.cells.back().other_states = other_states;
-          }
-        }
-      }
-      if (has(Measure::kAgreement)) add("agreement", reference_ms, reference, 0, compared);
-      if (has(Measure::kScaling)) {
-        for (const double timestep : system.timing_ms) {
-          add("scaling", timestep, "", steps_of(run_ms, timestep), {});
-          if (has_reference && same_timestep(timestep, reference_ms)) continue;  // all its states are kept
-          const nlohmann::json content = {{"final_state", 1}, {"run", run_of(contender, timestep)}};
-          plan.cells.back().final_state = content_hash(dump_json(content));
-        }
-      }
-      if (system.has(Measure::kRawSpeed)) {
-        const TimingOptions& timing = campaign.timing;
-        const bool own = system.states_of < 0;
-        const CampaignContender& whose = own ? contender : campaign.contenders[static_cast<size_t>(system.states_of)];
-        const std::string states_from = reference_of(whose);
-        constexpr int kTimingVersion = 2;  // windows start from the run at the timed timestep
-        for (const double timestep : system.timing_ms) {
-          add("raw_speed", timestep, states_from, 0,
-              {kTimingVersion, timing.rounds, timing.batch_ms, timing.windows, timing.warmup, timing.processes,
-               system.reference_of(whose), campaign.seed, own ? "" : states_from});
-          if (own && !same_timestep(timestep, system.reference_of(contender))) {
-            const nlohmann::json content = {{"timed_run", 1}, {"run", run_of(contender, timestep)}};
-            plan.cells.back().timed_run = content_hash(dump_json(content));
-          }
-        }
-      }
-      if (has(Measure::kBatch)) {
-        // an engine that steps one world does so in processes of the machine, whatever the device
-        const bool many = batch_engine(contender.resolved.engine) != nullptr;
-        const std::string device = many ? campaign.device : "cpu";
-        for (const double timestep : system.timing_ms) {
-          for (const int worlds : system.worlds) {
-            constexpr int kBatchVersion = 1;
-            const TimingOptions& timing = campaign.timing;
-            add(batch_measure({worlds, device}), timestep, "", 0,
-                {kBatchVersion, initial_states_content(states_of), timing.rounds, timing.batch_ms, timing.warmup,
-                 campaign.seed});
-            plan.cells.back().worlds = worlds;
-            plan.cells.back().device = device;
-          }
-        }
-      }
-    }
+    SystemPlanner(campaign, static_cast<int>(s), plan.cells).plan();
   }
   divide(campaign, plan, shards, cells);
   return plan;
@@ -271,14 +353,14 @@ double estimate_seconds(const Campaign& campaign, const std::vector<PlannedCell>
     const auto found = step_us.find({cell.system, cell.contender});
     const double step_s = found == step_us.end() ? 0 : 1e-6 * found->second;
     const double start = at_least(kNativeStart, starts.worker_s, cell.contender);
-    if (cell.measure == "raw_speed") {
+    if (cell.reads == Reads::kSteps) {
       timing += timing_seconds(campaign, step_s,
                                at_least(kNativeInstance, starts.instance_s, std::pair(cell.system, cell.contender)));
       // processes serve all timesteps of a system
       if (sessions.insert({cell.system, cell.contender}).second) timing += start * campaign.timing.processes;
       continue;
     }
-    if (cell.worlds > 0) {
+    if (cell.reads == Reads::kWorlds) {
       timing += batch_seconds(campaign, step_s, cell.worlds);
       continue;
     }

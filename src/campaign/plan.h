@@ -25,7 +25,8 @@ struct PlannedCell {
   std::string key;
   int system = 0, contender = 0;  // indices into the campaign
   double timestep_ms = 0;
-  std::string measure;  // as stored; "reference" for the reference run
+  std::string measure;  // as stored (measures/measure.h)
+  Reads reads = Reads::kRun;
   std::string
       trajectory;       // content address of the run from the initial state that the cell makes or reads, "" for none
   long long steps = 0;  // engine steps that it takes, without timing
@@ -42,8 +43,8 @@ struct PlannedCell {
   std::vector<std::string> against = {};
   // Content address of the run from CampaignSystem::shown_state() that the cell keeps for replays, "" for none.
   std::string keep = {};
-  int worlds = 0;           // of 'batch'
-  std::string device = {};  // of 'batch': "cpu" for engines that step one world
+  int worlds = 0;           // Reads::kWorlds
+  std::string device = {};  // of these: "cpu" for engines that step one world
 };
 
 // A run that cells read.
@@ -59,8 +60,7 @@ struct PlannedRun {
 struct Plan {
   ShardCells kind = ShardCells::kAll;  // what was divided into shards
   std::vector<PlannedRun> runs;        // each once, by contender; only of ShardCells::kRuns
-  // by system, contender, then reference, consistency, truth, drift, violation, grasp, agreement, scaling, raw_speed,
-  // batch
+  // by system, contender, then what their measures read, in the order of Reads; those of one run together
   std::vector<PlannedCell> cells;
 };
 
@@ -69,9 +69,7 @@ inline constexpr int kScalingMostRuns = 5;
 inline constexpr double kScalingEnoughSeconds = 2;
 
 // Cells whose figure is a time: measured alone on the machine.
-inline bool is_timed(const PlannedCell& cell) {
-  return cell.measure == "raw_speed" || cell.measure == "scaling" || cell.worlds > 0;
-}
+inline bool is_timed(const PlannedCell& cell) { return is_timed(cell.reads); }
 
 // The cells of each system's contenders that are not absent, divided into `shards` (campaign/shards.h). Cells of the
 // kind that `cells` leaves out are in shard 0.

@@ -1,7 +1,6 @@
 #include "campaign/section.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
 #include <set>
@@ -11,46 +10,14 @@
 
 #include "base/run_bounds.h"
 #include "base/text.h"
-#include "measures/run_measures.h"
+#include "measures/measure.h"
 
 namespace assay {
-namespace {
-
-constexpr std::array<std::pair<Measure, std::string_view>, 10> kNamedMeasures = {{
-    {Measure::kRawSpeed, "raw_speed"},
-    {Measure::kConsistency, "consistency"},
-    {Measure::kTruth, "truth"},
-    {Measure::kDrift, "drift"},
-    {Measure::kViolation, "violation"},
-    {Measure::kGrasp, "grasp"},
-    {Measure::kAgreement, "agreement"},
-    {Measure::kScaling, "scaling"},
-    {Measure::kTransfer, "transfer"},
-    {Measure::kBatch, "batch"},
-}};
-
-using MeasureName = std::pair<Measure, std::string_view>;
-
-const std::vector<MeasureName>& all_measures() {
-  static const std::vector<MeasureName> kAll = [] {
-    std::vector<MeasureName> all(kNamedMeasures.begin(), kNamedMeasures.end());
-    for (const RunMeasure& row : run_measures()) {
-      if (std::ranges::find(kNamedMeasures, row.name, &MeasureName::second) != kNamedMeasures.end()) continue;
-      all.emplace_back(static_cast<Measure>(all.size()), row.name);
-    }
-    return all;
-  }();
-  return kAll;
-}
-
-}  // namespace
-
-std::string_view measure_text(Measure measure) { return all_measures().at(static_cast<size_t>(measure)).second; }
-
 std::vector<std::string> measure_names() {
   std::vector<std::string> names;
-  names.reserve(all_measures().size());
-  for (const auto& [measure, text] : all_measures()) names.emplace_back(text);
+  for (const Measure& measure : measures()) {
+    if (measure.reads != Reads::kFineRun) names.emplace_back(measure.name);
+  }
   return names;
 }
 
@@ -168,19 +135,19 @@ std::optional<std::vector<double>> Section::timesteps(std::string_view key) cons
   return std::vector<double>(sorted.begin(), sorted.end());
 }
 
-std::optional<std::vector<Measure>> Section::measures(std::string_view key) const {
+std::optional<std::vector<const Measure*>> Section::measures(std::string_view key) const {
   const toml::node* node = find(key);
   if (node == nullptr) return std::nullopt;
-  std::set<Measure> sorted;
+  std::set<const Measure*> sorted;  // all are in measures(): by their order there
   for (const toml::node& entry : list(key, *node)) {
     const std::string name = entry.value_or(std::string());
-    const auto found = std::ranges::find(all_measures(), name, &MeasureName::second);
-    if (found == all_measures().end()) {
+    const Measure* measure = find_measure(name);
+    if (measure == nullptr || measure->reads == Reads::kFineRun) {
       fail(&entry, fmt::format("there is no measure {}{}", node_text(entry), did_you_mean(name, measure_names())));
     }
-    sorted.insert(found->first);
+    sorted.insert(measure);
   }
-  return std::vector<Measure>(sorted.begin(), sorted.end());
+  return std::vector<const Measure*>(sorted.begin(), sorted.end());
 }
 
 std::string Section::path_from(const std::string& path) const {

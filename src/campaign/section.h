@@ -14,7 +14,7 @@
 
 namespace assay {
 
-// Every measure's name in campaigns.
+// The names of all measures that campaigns can ask for.
 std::vector<std::string> measure_names();
 
 // One value of an engine's setting as in `--set`; nothing where the node is a list, a table or a date.
@@ -48,7 +48,7 @@ class Section {
   const toml::array& list(std::string_view key, const toml::node& node) const;
   // Ascending, without repetitions.
   std::optional<std::vector<double>> timesteps(std::string_view key) const;
-  std::optional<std::vector<Measure>> measures(std::string_view key) const;
+  std::optional<std::vector<const Measure*>> measures(std::string_view key) const;
 
   // Every [[key]] in the file.
   std::vector<Section> sections(std::string_view key) const;

@@ -76,10 +76,10 @@ using Group = std::tuple<int, int, double>;
 constexpr int kTimingOfAll = -1, kAgreementOfAll = -2, kScalingOfFamily = -3, kBatchOfAll = -4;
 
 Group group_of(const Campaign& campaign, const PlannedCell& cell) {
-  if (cell.measure == "raw_speed") return {cell.system, kTimingOfAll, 0};
-  if (cell.measure == "agreement") return {cell.system, kAgreementOfAll, 0};
-  if (cell.worlds > 0) return {cell.system, kBatchOfAll, 0};
-  if (cell.measure != "scaling") return {cell.system, cell.contender, 0};
+  if (cell.reads == Reads::kSteps) return {cell.system, kTimingOfAll, 0};
+  if (cell.reads == Reads::kFineRuns) return {cell.system, kAgreementOfAll, 0};
+  if (cell.reads == Reads::kWorlds) return {cell.system, kBatchOfAll, 0};
+  if (cell.reads != Reads::kWholeRuns) return {cell.system, cell.contender, 0};
   const std::string& family = campaign.systems[static_cast<size_t>(cell.system)].family;
   const auto first = std::ranges::find(campaign.systems, family, &CampaignSystem::family);
   return {static_cast<int>(first - campaign.systems.begin()), kScalingOfFamily, 0};
@@ -106,7 +106,7 @@ std::vector<PlannedCell> runs_made_again(const std::map<std::string, const Plann
                                          const std::vector<PlannedCell>& group) {
   std::set<std::string> read;
   for (const PlannedCell& cell : group) {
-    if (cell.measure == "raw_speed" || cell.measure == "agreement") read.insert(cell.trajectory);
+    if (cell.reads == Reads::kSteps || cell.reads == Reads::kFineRuns) read.insert(cell.trajectory);
   }
   std::vector<PlannedCell> runs;
   for (const std::string& trajectory : read) {
@@ -295,12 +295,12 @@ std::string_view shard_cells_text(ShardCells cells) {
 }
 
 PlannedCell after_runs(PlannedCell cell) {
-  if (cell.measure == "reference") cell.steps = 0;
+  if (cell.reads == Reads::kFineRun) cell.steps = 0;
   return cell;
 }
 
 bool stands_alone(const PlannedCell& cell) {
-  return cell.trajectory.empty() && cell.other_states.empty() && !is_timed(cell) && cell.measure != "agreement";
+  return cell.trajectory.empty() && cell.other_states.empty() && !is_timed(cell) && cell.reads != Reads::kFineRuns;
 }
 
 std::map<std::pair<int, int>, double> expected_step_us(const Campaign& campaign) {
@@ -338,10 +338,11 @@ std::vector<PlannedRun> runs_of(const Campaign& campaign, const std::vector<Plan
   for (size_t i = 0; i < cells.size(); ++i) {
     const PlannedCell& cell = cells[i];
     const CampaignSystem& system = campaign.systems[static_cast<size_t>(cell.system)];
-    if (cell.measure == "truth" && solved.insert({system.model.hash, system.duration_s, system.sample_ms}).second) {
+    if (cell.reads == Reads::kSolution &&
+        solved.insert({system.model.hash, system.duration_s, system.sample_ms}).second) {
       found.push_back({"", i, -1, 0, 0, 1});
     }
-    if (cell.measure == "reference") add(cell.trajectory, i, cell.contender, 0);
+    if (cell.reads == Reads::kFineRun) add(cell.trajectory, i, cell.contender, 0);
     for (size_t k = 0; k < cell.other_states.size(); ++k) {
       add(cell.other_states[k], i, cell.contender, static_cast<int>(k) + 1);
     }
@@ -373,7 +374,7 @@ void divide(const Campaign& campaign, Plan& plan, int shards, ShardCells cells) 
   }
   std::map<std::string, const PlannedCell*> references;  // by the run that they make: the first one makes it
   for (const PlannedCell& cell : plan.cells) {
-    if (cell.measure == "reference") references.emplace(cell.trajectory, &cell);
+    if (cell.reads == Reads::kFineRun) references.emplace(cell.trajectory, &cell);
   }
   const auto step_us = expected_step_us(campaign);
   const auto seconds_of = [&](const std::vector<PlannedCell>& group) {
@@ -395,7 +396,7 @@ void divide(const Campaign& campaign, Plan& plan, int shards, ShardCells cells) 
     for (const PlannedCell& cell : of_group) {
       Group part = group;
       const bool alone = stands_alone(cell);
-      if (apart && (alone || (after && cell.measure != "agreement"))) std::get<2>(part) = cell.timestep_ms;
+      if (apart && (alone || (after && cell.reads != Reads::kFineRuns))) std::get<2>(part) = cell.timestep_ms;
       if (after && alone && shards > 1) std::get<2>(part) = -cell.timestep_ms;  // not with what waits for a run
       parts[part].push_back(cell);
     }

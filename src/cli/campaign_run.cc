@@ -21,7 +21,7 @@ namespace {
 constexpr int kMostJobs = 1024;
 
 void choose_device(const std::string& device, Campaign& campaign) {
-  const auto has_batches = [](const CampaignSystem& system) { return system.has(Measure::kBatch); };
+  const auto has_batches = [](const CampaignSystem& system) { return system.has(Reads::kWorlds); };
   if (std::ranges::none_of(campaign.systems, has_batches)) {
     throw InputError(fmt::format(
         "--device is for the measure 'batch', which no system of the campaign '{}' has: leave it out", campaign.name));

@@ -13,6 +13,7 @@
 #include "base/quantity.h"
 #include "base/text.h"
 #include "cli/commands.h"
+#include "measures/measure.h"
 #include "results/store/store.h"
 
 namespace assay::cli {
@@ -447,8 +448,8 @@ void add_best(const SystemAnswers& answers, const Question& question, const Reco
             : "no contender stays within as a whole"));
   }
   const auto truth = best.worst.find(value_named("truth", answers.values));
-  const bool limits_truth =
-      std::ranges::any_of(question.asked, [](const Asked& asked) { return asked.value.measure == "truth"; });
+  const bool limits_truth = std::ranges::any_of(
+      question.asked, [](const Asked& asked) { return reads(asked.value.measure, Reads::kSolution); });
   if (!question.asked.empty() && question.asked.front().value.name == "consistency" && !limits_truth &&
       truth != best.worst.end()) {
     answer.line(

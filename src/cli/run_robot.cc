@@ -131,8 +131,8 @@ void write_programme(const std::string& dir, const Programme& programme) {
 std::vector<std::string> errors_of(const Campaign& campaign) {
   std::vector<std::string> values;
   for (const CampaignSystem& system : campaign.systems) {
-    if (!system.has(Measure::kTruth) && !system.has(Measure::kConsistency)) continue;
-    const std::string_view value = system.has(Measure::kTruth) ? kTruthError : "consistency";
+    if (!system.has(Reads::kSolution) && !system.has(Reads::kPieces)) continue;
+    const std::string_view value = system.has(Reads::kSolution) ? kTruthError : "consistency";
     if (std::ranges::find(values, value) == values.end()) values.emplace_back(value);
   }
   return values;
@@ -144,7 +144,7 @@ void check_limitable(const Campaign& campaign, const char* option, const std::st
   const auto measured = [&](const ValueInfo& value) {
     return std::ranges::any_of(campaign.systems, [&](const CampaignSystem& system) {
       return std::ranges::any_of(system.measures,
-                                 [&](const Measure measure) { return measure_text(measure) == value.measure; });
+                                 [&](const Measure* measure) { return measure->name == value.measure; });
     });
   };
   const ValueInfo value = value_info(of_value);

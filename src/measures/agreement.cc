@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "measures/accuracy.h"
+#include "measures/measure.h"
+#include "measures/statistics.h"
 
 namespace assay {
 
@@ -31,6 +33,51 @@ std::optional<double> parting_time(const std::vector<double>& time_s, const std:
     return time_s[i - 1] + share * (time_s[i] - time_s[i - 1]) - time_s[0];
   }
   return std::nullopt;
+}
+
+namespace {
+
+// Medians over the other contenders, and the curves of all pairs, with enough samples for a plot.
+Measured agreement_values(const ComparedRuns& runs) {
+  std::vector<double> time;
+  time.reserve(runs.own.size());
+  for (const State& state : runs.own) time.push_back(state.time);
+  const double duration_s = time.back() - time.front();
+  constexpr size_t kMostSamples = 64;
+  const size_t stride = (time.size() + kMostSamples - 1) / kMostSamples;
+  const auto thinned = [&](const std::vector<double>& series) {
+    std::vector<double> kept;
+    kept.reserve(kMostSamples);
+    for (size_t i = 0; i < series.size(); i += stride) kept.push_back(series[i]);
+    return kept;
+  };
+  Measured measured;
+  std::vector<double> at_end, parted;
+  for (const ComparedRuns::Other& other : runs.others) {
+    const std::vector<double> apart = distances(runs.own, other.states);
+    at_end.push_back(apart.back());
+    parted.push_back(parting_time(time, apart).value_or(duration_s));
+    measured.samples.push_back({"distance_m " + other.contender, thinned(apart)});
+    measured.samples.push_back({"parting_time_s " + other.contender, {parted.back()}});
+  }
+  if (!at_end.empty()) {
+    measured.samples.push_back({"time_s", thinned(time)});
+    measured.values = {{"agreement", "m", median(at_end)}, {"parting_time", "s", median(parted)}};
+  }
+  return measured;
+}
+
+}  // namespace
+
+Measure agreement_measure() {
+  using namespace rows;
+  return {.name = "agreement",
+          .reads = Reads::kFineRuns,
+          .values = {{"agreement", "m", "Distance from the others", "distance from the others", kNone, kNo, kNo,
+                      "median distance from the other contenders' fine-step runs at the end of the run", 6},
+                     {"parting_time", "s", "Separation time", "separation time", kHigh, kNo, kNo,
+                      "median time up to which the other contenders' fine-step runs stay within 1 mm", 6}},
+          .of_fine_runs = agreement_values};
 }
 
 }  // namespace assay

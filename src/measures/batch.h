@@ -18,9 +18,9 @@ struct BatchOf {
   int worlds = 1;
   std::string device;  // "cpu", "cuda:0"
 };
-std::string batch_measure(const BatchOf& batch);
-std::optional<BatchOf> batch_of(std::string_view measure);  // nothing for another measure
-inline bool is_batch(std::string_view measure) { return batch_of(measure).has_value(); }
+inline constexpr std::string_view kBatchMeasure = "batch";  // in campaigns
+std::string batch_name(const BatchOf& batch);               // as stored
+std::optional<BatchOf> batch_of(std::string_view measure);  // as stored; nothing for another measure
 
 // ---- where worlds start ---------------------------------------------------------------------------------------------
 

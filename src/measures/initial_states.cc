@@ -85,13 +85,13 @@ std::string perturbation_obstacle(const Model& model) {
 State initial_state(const Model& model, const InitialStates& states, int index) {
   assert(index >= 0);
   if (index == 0) return model.initial;
-  constexpr double kTouching = 1e-6;  // m: rounding of a keyframe's numbers
-  constexpr int kAttempts = 8;        // with the same widths
+  constexpr double kNear = 1e-6;  // m: rounding of a keyframe's numbers
+  constexpr int kAttempts = 8;    // with the same widths
   const Separations separations(model);
   const int pairs = static_cast<int>(model.contacts.size());
   std::vector<double> least;
   least.reserve(model.contacts.size());
-  for (int i = 0; i < pairs; ++i) least.push_back(std::min(0.0, separations.of(i, model.initial)) - kTouching);
+  for (int i = 0; i < pairs; ++i) least.push_back(std::min(0.0, separations.of(i, model.initial)) - kNear);
   const auto overlaps = [&](const State& state) {
     for (int i = 0; i < pairs; ++i) {
       if (separations.of(i, state) < least[static_cast<size_t>(i)]) return true;

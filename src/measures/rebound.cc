@@ -41,14 +41,14 @@ Ball smallest_ball(const Model& system) {
 
 }  // namespace
 
-std::optional<ImpactProbe> impact_probe(const Model& system, double timestep_s) {
+std::optional<Experiment> impact_experiment(const Model& system, double timestep_s) {
   constexpr int kPhases = 16, kRow = 4;
   constexpr double kFirstGap = 1.5;    // of the way of a step, so that no contact is there at the start
   constexpr double kLeaveTime = 0.05;  // s, and at least this many steps:
   constexpr double kLeaveSteps = 8;
   const Ball ball = smallest_ball(system);
   if (!(ball.mass > 0) || !(kSpeed * timestep_s <= ball.radius)) return std::nullopt;
-  ImpactProbe probe;
+  Experiment probe;
   Model& model = probe.model;
   model.name = "impacts";
   model.gravity.setZero();

@@ -6,19 +6,16 @@
 #include <optional>
 #include <vector>
 
+#include "measures/measure.h"
 #include "model/model.h"
 
 namespace assay {
 
-// Balls that reach a plane at 1 m/s, each at another phase of a step, without gravity.
-struct ImpactProbe {
-  Model model;
-  long long steps = 0;  // until the last ball has had its impact and a time to leave
-};
-
-// At a system's own scale: balls of the size and mass of its smallest colliding shape and that one's body. Empty when
-// no moving body can touch anything, and when a ball would move by more than its radius in a step.
-std::optional<ImpactProbe> impact_probe(const Model& system, double timestep_s);
+// Balls that reach a plane at 1 m/s, each at another phase of a step, without gravity, until the last ball has had its
+// impact and a time to leave. At a system's own scale: balls of the size and mass of its smallest colliding shape and
+// that one's body. Empty when no moving body can touch anything, and when a ball would move by more than its radius in
+// a step.
+std::optional<Experiment> impact_experiment(const Model& system, double timestep_s);
 
 // The largest speed away from the plane of any ball in any state, over the speed of the impact.
 double rebound(const std::vector<State>& states);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <random>
 
+#include "measures/measure.h"
+
 namespace assay {
 namespace {
 
@@ -54,6 +56,31 @@ std::optional<Interval> scaling_exponent(const std::vector<TimeAtSize>& points, 
     if (const auto found = slope(resample)) slopes.push_back(*found);
   }
   return Interval{*value, quantile(slopes, 0.025), quantile(slopes, 0.975)};
+}
+
+namespace {
+
+std::string scaling_obstacle(const MeasuredSystem& system) {
+  return system.has_family
+             ? ""
+             : "does not say which systems it is compared with in size: give each of them the same family "
+               "= \"...\"";
+}
+
+}  // namespace
+
+Measure scaling_measure() {
+  using namespace rows;
+  return {
+      .name = "scaling",
+      .reads = Reads::kWholeRuns,
+      .values = {{"run_time", "s", "Run time", "run time", kLow, kNo, kNo, "processor time of all steps of the run", 8},
+                 {"steps_per_second", "1/s", "Steps per second", "steps per second", kHigh, kNo, kNo,
+                  "steps of the whole run over their processor time", 8},
+                 {"scaling_exponent", "1", "Scaling exponent", "scaling exponent", kLow, kNo, kNo,
+                  "power of the number of bodies with which the run time grows", 8}},
+      .obstacle = scaling_obstacle,
+      .time = "run_time"};
 }
 
 }  // namespace assay

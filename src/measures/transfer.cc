@@ -6,6 +6,7 @@
 #include <set>
 
 #include "measures/agreement.h"
+#include "measures/measure.h"
 #include "model/joint.h"
 #include "model/shape.h"
 
@@ -150,6 +151,95 @@ std::optional<FirstParting> first_parting(const Model& model, const std::vector<
     first->contact = first->contact || touches(model, run[i]) != touches(model, other[i]);
   }
   return first;
+}
+
+namespace {
+
+std::string transfer_obstacle(const MeasuredSystem& system) {
+  return system.has_policy ? ""
+                           : "has no policy, whose runs 'transfer' judges: give control = {kind = \"policy\", config = "
+                             "\"policy.toml\"}";
+}
+
+constexpr FirstParting kNoParting = {.time_s = 0, .body = -1, .joint = -1, .contact = false};
+
+// FirstParting as samples: a number for each initial state.
+std::vector<SampleSeries> parting_samples(double time_s, const FirstParting& first) {
+  return {{kPartingTimes, {time_s}},
+          {kPartingBodies, {static_cast<double>(first.body)}},
+          {kPartingJoints, {static_cast<double>(first.joint)}},
+          {kPartingContacts, {first.contact ? 1.0 : 0.0}}};
+}
+
+// A run that diverges has fallen then.
+Measured transfer_values(const MeasuredRun& run) {
+  const std::vector<State>& states = run.states;
+  const Transfer found = transfer(run.model, states, *run.task, run.diverged);
+  std::vector<Value> values;
+  const auto add = [&](const char* name, const char* unit, const std::optional<double>& value) {
+    if (value) values.push_back({name, unit, value});
+  };
+  add("fall_rate", "1", found.fell_at ? 1.0 : 0.0);
+  add("time_up", "s", found.up_s);
+  add("velocity_error", "m/s", found.velocity_error);
+  add("turning_error", "rad/s", found.turning_error);
+  add("foot_slip", "m/s", found.foot_slip);
+  const double ran_s = states.back().time - states.front().time;
+  if (ran_s > 0) add("joint_power", "W", run.work_J / ran_s);
+  if (run.policy_steps > 0) add("policy_time", "us", 1e6 * run.policy_s / static_cast<double>(run.policy_steps));
+  if (run.other == nullptr || run.other->size() <= 1) {
+    return {std::move(values), parting_samples(kNotCompared, kNoParting)};
+  }
+  std::vector<double> time;
+  const size_t count = std::min(states.size(), run.other->size());
+  time.reserve(count);
+  for (size_t i = 0; i < count; ++i) time.push_back(states[i].time - states.front().time);
+  const auto beginning = [&](const std::vector<State>& of) {
+    return std::vector<State>(of.begin(), of.begin() + static_cast<std::ptrdiff_t>(count));
+  };
+  const std::vector<State> own = beginning(states), other = beginning(*run.other);
+  const auto parted = parting_time(time, distances(own, other));
+  // a run that failed has parted then
+  add("policy_parting_time", "s", parted.value_or(count < states.size() ? run.duration_s : time.back()));
+  const auto first = first_parting(run.model, own, other);
+  return {std::move(values), parting_samples(first ? first->time_s : kNeverParted, first.value_or(kNoParting))};
+}
+
+}  // namespace
+
+Measure transfer_measure() {
+  using namespace rows;
+  return {
+      .name = "transfer",
+      .reads = Reads::kRunPairs,
+      .version = 2,  // what is stored beside the values
+      .values =
+          {{"fall_rate", "1", "Fall rate", "fall rate", kLow, kNo, kLimit,
+            "share of the runs under a policy in which the robot fell, or the engine failed", 7, kShare},
+           {"time_up", "s", "Time until a fall", "time up", kHigh, kNo, kNo,
+            "time until the robot fell under its policy, or the run's length", 7, kMeanOfAll},
+           {"velocity_error", "m/s", "Velocity error", "velocity error", kLow, kNo, kLimit,
+            "mean distance of the base's planar velocity from the commanded one, in its heading, while the robot is up",
+            7, kMeanOfAll},
+           {"turning_error", "rad/s", "Turning error", "turning error", kLow, kNo, kLimit,
+            "mean distance of the base's rate about the vertical from the commanded one while the robot is up", 7,
+            kMeanOfAll},
+           {"foot_slip", "m/s", "Foot slip", "foot slip", kLow, kNo, kLimit,
+            "mean horizontal speed of the shapes' lowest points while they touch the ground and the robot is up", 7,
+            kMeanOfAll},
+           {"joint_power", "W", "Joint power", "joint power", kNone, kNo, kNo,
+            "mean over the run of the sum over joints of |torque x rate|, of the torques that the policy asked for", 7,
+            kMeanOfAll},
+           {"policy_time", "us", "Policy time", "policy time", kNone, kNo, kNo,
+            "wall time of a control step of the policy, outside the engine's clock, beside other workers", 7,
+            kMeanOfAll},
+           {"policy_parting_time", "s", "Separation time from training", "separation from training", kHigh, kNo, kNo,
+            "time until the run is more than 1 mm from that of the contender that the policy was trained in", 7,
+            kMeanOfAll}},
+      .obstacle = transfer_obstacle,
+      .of_run = transfer_values,
+      .of_failed_runs = true,
+      .without_run = parting_samples(kNotCompared, kNoParting)};
 }
 
 }  // namespace assay

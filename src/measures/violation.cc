@@ -4,9 +4,11 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/errors.h"
-#include "measures/run_measures.h"
+#include "measures/measure.h"
+#include "measures/rebound.h"
 #include "measures/statistics.h"
 #include "model/joint.h"
 #include "model/shape.h"
@@ -174,16 +176,18 @@ ViolationSummary violation_summary(const Model& model, const std::vector<State>&
 
 namespace {
 
-std::string violation_obstacle(const Model& model, bool /*passive*/) {
-  return joint_count(model) == 0 && model.contacts.empty() ? "has neither joints nor contacts to violate" : "";
+std::string violation_obstacle(const MeasuredSystem& system) {
+  return joint_count(system.model) == 0 && system.model.contacts.empty()
+             ? "has neither joints nor contacts to violate: leave 'violation' out of its measures"
+             : "";
 }
 
-// What the model has: joints, limits, contacts.
-std::vector<RunValue> violation_values(const MeasuredRun& run) {
+// What the model has: joints, limits, contacts; and what the engine gives of contact forces.
+Measured violation_values(const MeasuredRun& run) {
   const ViolationSummary summary = violation_summary(run.model, run.states, run.seed);
-  std::vector<RunValue> values;
+  std::vector<Value> values;
   const auto add = [&](const std::string& name, const std::string& unit, double Violation::* kind) {
-    values.push_back({name + "_max", unit, summary.largest.*kind, {}, {}});
+    values.push_back({name + "_max", unit, summary.largest.*kind});
     values.push_back({name + "_rms", unit, summary.rms.*kind, summary.rms_low.*kind, summary.rms_high.*kind});
   };
   if (joint_count(run.model) > 0) {
@@ -193,11 +197,66 @@ std::vector<RunValue> violation_values(const MeasuredRun& run) {
   const bool limits = any_joint(run.model, [](const auto& joint) { return joint.limited && !is_slide(joint); });
   if (limits) add("limit_violation", "rad", &Violation::limit);
   if (!run.model.contacts.empty() && summary.has_penetration) add("penetration", "m", &Violation::penetration);
-  return values;
+  if (run.contacts != nullptr) {
+    const ContactResiduals& of = *run.contacts;
+    values.push_back({"contact_depth", "m", of.depth});
+    values.push_back({"signorini_residual", "m/s", of.signorini});
+    if (of.cone) values.push_back({"cone_violation", "1", of.cone});
+    if (of.dissipation) values.push_back({"dissipation_residual", "m/s", of.dissipation});
+  }
+  return {std::move(values)};
 }
+
+// The rebound at the system's scale, beside how far its contacts give way.
+Value rebound_value(const std::vector<State>& states) { return {"rebound", "1", rebound(states)}; }
 
 }  // namespace
 
-RunMeasure violation_measure() { return {"violation", violation_obstacle, violation_values}; }
+Measure violation_measure() {
+  using namespace rows;
+  return {
+      .name = "violation",
+      .reads = Reads::kRun,
+      .values =
+          {{"joint_dislocation_max", "m", "Joint position error", "joint position error", kLow, kPlot, kLimit,
+            "largest distance between the two anchors of a hinge over the run", 3},
+           {"joint_dislocation_rms", "m", "Joint position error, RMS", "joint position error (RMS)", kLow, kNo, kLimit,
+            "largest distance between the two anchors of a hinge in each sample, root mean square over the run", 3},
+           {"joint_misalignment_max", "rad", "Joint axis error", "joint axis error", kLow, kPlot, kLimit,
+            "largest angle between the two axes of a hinge over the run", 3},
+           {"joint_misalignment_rms", "rad", "Joint axis error, RMS", "joint axis error (RMS)", kLow, kNo, kLimit,
+            "largest angle between the two axes of a hinge in each sample, root mean square over the run", 3},
+           {"limit_violation_max", "rad", "Joint limit violation", "joint limit violation", kLow, kPlot, kLimit,
+            "largest angle of a joint beyond its limit over the run", 3},
+           {"limit_violation_rms", "rad", "Joint limit violation, RMS", "joint limit violation (RMS)", kLow, kNo,
+            kLimit, "largest angle of a joint beyond its limit in each sample, root mean square over the run", 3},
+           {"penetration_max", "m", "Penetration", "penetration", kLow, kPlot, kLimit,
+            "largest depth of two colliding shapes in each other over the run", 3},
+           {"penetration_rms", "m", "Penetration, RMS", "penetration (RMS)", kLow, kNo, kLimit,
+            "largest depth of two colliding shapes in each other in each sample, root mean square over the run", 3},
+           {"rebound", "1", "Rebound", "rebound", kLow, kNo, kLimit,
+            "part of its speed with which a ball of the size of the system's smallest shape leaves a plane at 1 m/s; "
+            "no model has restitution, so 0 is right",
+            3},
+           {"contact_depth", "m", "Depth of pressed contacts", "depth of contacts", kLow, kNo, kNo,
+            "overlap at the contact points, in the mean by their normal forces; rigid contact has none", 3},
+           {"signorini_residual", "m/s", "Signorini residual", "Signorini residual", kNone, kNo, kNo,
+            "speed along the normal of shapes that contact forces press together, in the mean by these forces; rigid "
+            "contact has none, and neither has a soft one at rest: look at the depth, too",
+            3},
+           {"cone_violation", "1", "Friction beyond the cone", "friction beyond the cone", kLow, kNo, kNo,
+            "friction above the coefficient times the normal force, over the normal force, in the mean by these forces",
+            3},
+           {"dissipation_residual", "m/s", "Maximum dissipation residual", "dissipation residual", kNone, kNo, kNo,
+            "speed of slip times the part of the largest friction that does not act against it, in the mean by forces; "
+            "where nothing slips there is none",
+            3}},
+      .obstacle = violation_obstacle,
+      .timesteps_key = "violation_ms",
+      .of_run = violation_values,
+      .reads_contacts = true,
+      .experiment = impact_experiment,
+      .of_experiment = rebound_value};
+}
 
 }  // namespace assay

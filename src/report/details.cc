@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
+#include "measures/measure.h"
 #include "report/figures/picture.h"
 #include "results/store/scene.h"
 
@@ -208,7 +209,7 @@ json agreement_data(const Results& results) {
   std::vector<std::string> order;
   std::map<std::string, AgreementOf> systems;
   for (const Cell& cell : results.cells()) {
-    if (cell.measure != "agreement" || cell.outcome != Outcome::kOk) continue;
+    if (!reads(cell.measure, Reads::kFineRuns) || cell.outcome != Outcome::kOk) continue;
     if (!systems.contains(cell.system)) order.push_back(cell.system);
     AgreementOf& of = systems[cell.system];
     if (of.series.contains(cell.contender)) continue;

@@ -13,6 +13,7 @@
 #include "base/json.h"
 #include "base/text.h"
 #include "base/write_file.h"
+#include "measures/measure.h"
 #include "report/batches.h"
 #include "report/details.h"
 #include "report/page.h"
@@ -193,7 +194,8 @@ json systems_data(const Store& store, const Results& results, const Shown& shown
   std::set<std::string> scaled, other, batched;
   for (const Cell& cell : results.batch_cells()) batched.insert(cell.system);
   for (const json& cell : shown.cells) {
-    (cell["measure"] == "scaling" ? scaled : other).insert(cell["system"].get<std::string>());
+    (reads(cell["measure"].get<std::string>(), Reads::kWholeRuns) ? scaled : other)
+        .insert(cell["system"].get<std::string>());
   }
   json driven = json::array(), rest = json::array();
   std::set<std::string> left = shown.systems;

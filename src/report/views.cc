@@ -9,6 +9,7 @@
 
 #include "base/quantity.h"
 #include "base/text.h"
+#include "measures/measure.h"
 #include "report/cards.h"
 #include "results/line_up.h"
 #include "results/recommend.h"
@@ -169,7 +170,7 @@ json glossary_data() {
 std::vector<std::string> viewed_systems(const Results& results) {
   std::set<std::string> shown;
   for (const Cell& cell : results.cells()) {
-    if (cell.measure != "scaling" || results.family(cell.system).empty()) shown.insert(cell.system);
+    if (!reads(cell.measure, Reads::kWholeRuns) || results.family(cell.system).empty()) shown.insert(cell.system);
   }
   std::vector<std::string> systems;
   std::ranges::copy_if(results.systems(), std::back_inserter(systems),

@@ -12,6 +12,7 @@
 
 #include "base/quantity.h"
 #include "base/text.h"
+#include "measures/measure.h"
 
 namespace assay {
 namespace {
@@ -35,8 +36,8 @@ std::string fault(const Cell& cell) {
 
 // A failure of a whole run says more than one of its pieces, and that more than one while it was timed.
 int rank_of(const std::string& measure) {
-  if (measure == "raw_speed") return 2;
-  return measure == "consistency" ? 1 : 0;
+  if (reads(measure, Reads::kSteps)) return 2;
+  return reads(measure, Reads::kPieces) ? 1 : 0;
 }
 
 // What the cells of one contender at one timestep say together.
@@ -72,7 +73,7 @@ std::map<std::string, Worst> errors_at(const Step& step) {
   for (const Cell* cell : step.cells) {
     for (const Value& value : cell->values) {
       if (!value.value || !can_limit(value.name)) continue;
-      if (cell->measure == "consistency" && is_reference(*cell)) continue;
+      if (is_reference(*cell)) continue;
       errors.emplace(value.name, Worst{interval_of(*cell, value.name).value_or(Interval{}), step.timestep_ms,
                                        bound_of(*cell, value.name).has_value()});
     }
@@ -129,7 +130,8 @@ void add_contender(const Results& results, const std::string& contender, SystemA
       at->second.value.high = high;
     }
     // Whole runs of growing systems alone are no point of a plot.
-    if (std::ranges::all_of(step.cells, [](const Cell* cell) { return cell->measure == "scaling"; })) continue;
+    if (std::ranges::all_of(step.cells, [](const Cell* cell) { return reads(cell->measure, Reads::kWholeRuns); }))
+      continue;
     Point point{contender, step.timestep_ms, results.speed(answers.system, contender, step.timestep_ms), fails_ms == 0,
                 "",        fails_ms};
     if (!point.sound) {

@@ -6,6 +6,7 @@
 
 #include "base/text.h"
 #include "measures/batch.h"
+#include "measures/measure.h"
 #include "results/line_up.h"
 #include "results/soundness.h"
 #include "results/store/facts.h"
@@ -85,7 +86,8 @@ bool is_reference(const Cell& cell) { return find_value(cell, "restart_floor") !
 Results::Results(const Store& store) : store_(&store), rows_(store.contenders()) {
   JudgedCells judged = judged_cells(store);
   judged_note_ = std::move(judged.note);
-  for (Cell& cell : judged.cells) (is_batch(cell.measure) ? batch_cells_ : cells_).push_back(std::move(cell));
+  for (Cell& cell : judged.cells)
+    (reads(cell.measure, Reads::kWorlds) ? batch_cells_ : cells_).push_back(std::move(cell));
   for (const SystemRow& row : store.systems()) {
     systems_.push_back(row.name);
     const auto facts = nlohmann::json::parse(row.json, nullptr, false);
@@ -291,7 +293,7 @@ std::optional<Speed> Results::speed(const std::string& system, const std::string
 
 bool Results::timed_by_pooled_median() const {
   return std::ranges::any_of(cells_, [](const Cell& cell) {
-    return cell.measure == "raw_speed" && find_value(cell, "step_time") != nullptr &&
+    return reads(cell.measure, Reads::kSteps) && find_value(cell, "step_time") != nullptr &&
            find_value(cell, "coverage") == nullptr;
   });
 }

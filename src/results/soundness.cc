@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
+#include "measures/measure.h"
 #include "measures/plausible.h"
-#include "measures/run_measures.h"
 #include "results/store/facts.h"
 
 namespace assay {
@@ -17,10 +17,10 @@ namespace {
 
 using RunName = std::tuple<std::string, std::string, double>;  // system, contender, timestep
 
-// Whether the measure reads the contender's runs from the initial states, of which 'violation' is another one.
+// Whether the measure reads the contender's runs from the initial states, as the one does that says how far they went.
 bool reads_runs(const Cell& cell) {
-  return cell.measure == "truth" || cell.measure == "grasp" || cell.measure == "reference" ||
-         find_run_measure(cell.measure) != nullptr;
+  return reads(cell.measure, Reads::kFineRun) || reads(cell.measure, Reads::kSolution) ||
+         reads(cell.measure, Reads::kRun);
 }
 
 RunName run_of(const Cell& cell) { return {cell.system, cell.contender, cell.timestep_ms}; }

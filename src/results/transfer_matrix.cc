@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
+#include "measures/measure.h"
 #include "measures/statistics.h"
 #include "measures/transfer.h"
 #include "results/store/facts.h"
@@ -104,7 +105,7 @@ std::optional<TransferMatrix> transfer_matrix(const Results& results, const std:
   const Scene* scene = results.scene(system);
   const auto shown = static_cast<size_t>(std::max(0.0, results.fact(system, "shown_state")));
   for (const Cell& cell : results.cells()) {
-    if (cell.system != system || cell.measure != "transfer") continue;
+    if (cell.system != system || !reads(cell.measure, Reads::kRunPairs)) continue;
     TransferRow& row = matrix.rows.emplace_back();
     row.contender = cell.contender;
     row.timestep_ms = cell.timestep_ms;

@@ -1,5 +1,5 @@
-// The catalogue of values: what each stored figure is called and what may be done with it. A new value is a row of
-// values.cc; a name without a row is shown by its words and cannot be limited.
+// The catalogue of values: what each stored figure is called and what may be done with it. Its rows are the measures'
+// own (measures/measure.h); a name without a row is shown by its words and cannot be limited.
 #pragma once
 
 #include <array>
@@ -7,32 +7,20 @@
 #include <string_view>
 #include <vector>
 
+#include "measures/value.h"
+
 namespace assay {
 
-enum class Better { kLow, kHigh, kNone };
 std::string_view better_text(Better better);  // "low", "high", "none"
-
-struct ValueInfo {
-  std::string name;   // as stored: "truth_error"
-  std::string unit;   // as stored: "m"; "1" for ratios
-  std::string label;  // on axes and in tables: "Error against the reference solution"
-  std::string brief;  // in a sentence, where room is short: "error"
-  Better better = Better::kNone;
-  std::string measure;  // whose cells hold it
-  bool plot = false;    // can be the error axis of a plot
-  bool limit = false;   // an error: can be limited from above
-  std::string meaning;
-};
 
 // In the order of display.
 const std::vector<ValueInfo>& value_catalogue();
 
-// The catalogue's row of a value; null when it has none.
-// Whether a measure's figures are times: they scatter, and compare only on one machine; and the name of the value that
-// is compared. Its others are the same time in other units, or describe the measurement.
-bool is_timing(std::string_view measure);
+// Of a measure with figures that are times: the value that is compared. Its others are the same time in other units, or
+// describe the measurement. "" for other measures.
 std::string_view time_of(std::string_view measure);
 
+// The catalogue's row of a value; null when it has none.
 const ValueInfo* find_value_info(std::string_view name);
 
 // The values that a contender cannot have for what its engine gives of contact forces, in the words of its capabilities

@@ -1,4 +1,4 @@
-"""Templates: an engine, a system, a measure, a claim and a section of the report are added to a copy of the repository as
+"""Templates: an engine, a system, measures, a claim and a section of the report are added to a copy of the repository as
 docs/architecture.md says, and the copy builds and runs. Objects that no addition touches come from the build under test."""
 
 import csv
@@ -26,14 +26,15 @@ NEW = {
                   "src/engines/myengine/CMakeLists.txt": "assay_add_engine(NAME myengine SOURCES engine.cc)\n"},
     "a system": {"models/template.xml": "docs/templates/system.xml",
                  "campaigns/template.toml": """name = "template"
-contenders = ["mujoco-euler", "myengine"]
+contenders = ["mujoco-euler", "mujoco-rk4", "myengine"]
 timesteps_ms = [1, 2]
-measures = ["template"]
+measures = ["template", "template_pairs"]
 [[system]]
 name = "template"
 duration_s = 1
 """},
     "a measure": {"src/measures/template.cc": "docs/templates/measure.cc"},
+    "a measure of pairs": {"src/measures/template_pairs.cc": "docs/templates/measure_of_pairs.cc"},
     "a claim": {},
     "a section of the report": {"src/report/template.cc": "docs/templates/section.cc",
                                 "web/src/tables/template.ts": "docs/templates/section.ts"},
@@ -41,12 +42,10 @@ duration_s = 1
 LINES = {
     "an engine": [("src/engines/CMakeLists.txt", r"set\(folders python-host null", " myengine")],
     "a system": [],
-    "a measure": [("src/measures/CMakeLists.txt", r"add_library\(assay_measures STATIC", "\n  template.cc"),
-                  ("src/measures/run_measures.cc", r"RunMeasure violation_measure\(\);", "\nRunMeasure template_measure();"),
-                  ("src/measures/run_measures.cc", r", violation_measure\(\)", ", template_measure()"),
-                  ("src/results/values.cc", r"kRows = \{", """
-      {"template_path", "m", "Path", "path", kNone, "template", kPlot, kNo, "mean distance that the bodies travel"},"""),
+    "a measure": [("src/measures/measures.cc", r"EACH\(batch\) *\\\n", "  EACH(template) \\\n"),
                   ("docs/methodology.md", r"(?s).*", "\n**Path** (`template_path`, m): mean distance that the bodies travel.\n")],
+    "a measure of pairs": [("src/measures/measures.cc", r"EACH\(template\) *\\\n", "  EACH(template_pairs) \\\n"),
+                           ("docs/methodology.md", r"(?s).*", "\n**Apart** (`template_apart`, m): largest distance of two fine-step runs.\n")],
     "a claim": [("campaigns/paper_claims.toml", r"(?s).*", "docs/templates/claim.toml")],
     "a section of the report": [
         ("src/report/CMakeLists.txt", r"add_library\(assay_report STATIC", " template.cc"),
@@ -55,6 +54,8 @@ LINES = {
         ("web/src/main.ts", r"import \{ gate \} from \"./tables/gate\";", '\nimport { template } from "./tables/template";'),
         ("web/src/main.ts", r"  add\(part\(\"gate\".*", '\n  add(part("template", "Template", ""), "Template", () => [template(report)]);')],
 }
+
+ROWS = {"a measure of pairs": "a measure"}  # of docs/architecture.md, where the name is another
 
 # Before the compiler: an object of the list is taken from there, any other is compiled and noted.
 LAUNCHER = r"""#!/bin/sh
@@ -124,7 +125,7 @@ class Templates(AssayTest):
     def named(self, thing):
         """The places that docs/architecture.md names for it; of a folder in `a/<name>/`, all that is in it."""
         text = (SOURCE / "docs/architecture.md").read_text(encoding="utf-8")
-        row = re.search(rf"^\| {re.escape(thing)} \| (.*) \|$", text, re.MULTILINE)
+        row = re.search(rf"^\| {re.escape(ROWS.get(thing, thing))} \| (.*) \|$", text, re.MULTILINE)
         self.assertIsNotNone(row, f"docs/architecture.md does not say how to add {thing}")
         places = re.findall(r"`((?:src|web|models|campaigns|docs)/[^`]*)`", row.group(1))
         places += [f"docs/{link}" for link in re.findall(r"\]\((\w+\.md)\)", row.group(1)) if "adding" not in link]
@@ -197,6 +198,8 @@ class Templates(AssayTest):
             with self.subTest(thing):
                 files = self.add(thing)
                 touched |= files
+                if "measure" in thing:
+                    self.assertEqual(len(files), 3)
                 places = self.named(thing)
                 for file in files:
                     self.assertTrue(any(re.fullmatch(place, file) for place in places.values()),
@@ -220,20 +223,24 @@ class Templates(AssayTest):
         self.assay("run", "template", "--out", "results")
         rows = list(csv.DictReader(io.StringIO(self.assay("export", "results", "--format", "csv"))))
         paths = {(row["contender"], float(row["timestep_ms"])): row for row in rows if row["measure"] == "template_path"}
-        self.assertEqual(set(paths), {("mujoco-euler", 1), ("mujoco-euler", 2)})
+        self.assertEqual(set(paths), {(name, step) for name in ("mujoco-euler", "mujoco-rk4") for step in (1, 2)})
         for row in paths.values():
             self.assertEqual((row["system"], row["unit"], row["outcome"]), ("template", "m", "ok"))
             self.assertAlmostEqual(float(row["value"]), 5, places=9)  # 3 and 4 m/s across each other
 
         # The skeleton refuses hinges, so it does not conform and is not scored.
-        self.assertEqual([row["outcome"] for row in rows if row["contender"] == "myengine"], ["unsupported"] * 2)
+        self.assertEqual({row["outcome"] for row in rows if row["contender"] == "myengine"}, {"unsupported"})
+        apart = {row["contender"]: float(row["value"]) for row in rows if row["measure"] == "template_apart"}
+        self.assertEqual(set(apart), {"mujoco-euler", "mujoco-rk4"})
+        self.assertEqual(apart["mujoco-euler"], apart["mujoco-rk4"])
+        self.assertAlmostEqual(apart["mujoco-euler"], 0, places=9)  # nothing acts on the bricks
 
         verdicts = {claim["number"]: claim["verdict"] for claim in self.assay_json("claims", "results", "--json")}
         self.assertEqual(verdicts[99], "holds")
 
         self.assay("report", "results")
         page = (self.dir / "results/report.html").read_text()
-        self.assertIn('"template":{"mujoco-euler":2,"myengine":2}', page)
+        self.assertIn('"template":{"mujoco-euler":4,"mujoco-rk4":4,"myengine":4}', page)
         self.assertIn('"label":"Path"', page)
         self.assertRegex(page, r"\$\{\w+\} cells`")
 

@@ -10,6 +10,7 @@
 #include "base/console.h"
 #include "base/errors.h"
 #include "base/text.h"
+#include "measures/measure.h"
 #include "results/store/trajectory.h"
 
 namespace assay {
@@ -18,7 +19,7 @@ namespace {
 // Why a contender has no kept run: its reference's reason.
 std::string reason_of(const std::vector<Cell>& cells, const std::string& system, const std::string& contender) {
   for (const Cell& cell : cells) {
-    if (cell.system == system && cell.contender == contender && cell.measure == "reference" &&
+    if (cell.system == system && cell.contender == contender && reads(cell.measure, Reads::kFineRun) &&
         cell.outcome != Outcome::kOk) {
       return fmt::format("{} {}", outcome_text(cell.outcome), cell.reason);
     }

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
+#include "measures/measure.h"
 #include "results/claims/judge.h"
 #include "results/claims/text.h"
 #include "results/values.h"
@@ -200,8 +201,9 @@ class Pairs {
     // of the larger and the smaller value
     const bool mine_larger = test.more != swapped;
     const std::string &larger = mine_larger ? pair.who : pair.rival, &smaller = mine_larger ? pair.rival : pair.who;
-    if (value_info(test.value).measure == "raw_speed" || value_info(test.value).measure == "scaling") {
-      const bool fast = value_info(test.value).better == Better::kHigh;
+    const ValueInfo info = value_info(test.value);
+    if (reads(info.measure, Reads::kSteps) || reads(info.measure, Reads::kWholeRuns)) {
+      const bool fast = info.better == Better::kHigh;
       return fmt::format("{} is {} faster than {}", fast ? larger : smaller, times_text(ratio),
                          fast ? smaller : larger);
     }

@@ -12,6 +12,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "measures/measure.h"
 #include "measures/rank_test.h"
 #include "results/compare/samples.h"
 #include "results/soundness.h"
@@ -178,11 +179,11 @@ class Comparer {
       if (cell.contender == kHarness) continue;
       const auto other = others.find(name_of(cell));
       if (other == others.end()) {
-        if (!options_.across_machines || !is_timing(cell.measure)) found_.only_a.push_back(row_of(cell, cell));
+        if (!options_.across_machines || !is_timed(cell.measure)) found_.only_a.push_back(row_of(cell, cell));
         continue;
       }
       ++both;
-      if (is_timing(cell.measure)) {
+      if (is_timed(cell.measure)) {
         if (!options_.across_machines) compare_time(cell, *other->second, others);
       } else {
         compare_accuracy(cell, *other->second);
@@ -233,7 +234,7 @@ class Comparer {
       const std::vector<Cell>& cells = store == &a_ ? cells_a_ : cells_b_;
       std::set<std::string> timed;
       for (const Cell& cell : cells) {
-        if (is_timing(cell.measure)) timed.insert(cell.contender);
+        if (is_timed(cell.measure)) timed.insert(cell.contender);
       }
       if (timed.contains(options_.control)) continue;
       throw InputError(fmt::format("'{}' has no times of the control '{}'{}", store->dir(), options_.control,
@@ -446,7 +447,7 @@ TimingNodes timing_nodes(const Store& store, const std::vector<Cell>& cells) {
   for (const NodeRow& node : store.nodes()) names[node.id] = text_fact(facts_of(node.json), "name");
   TimingNodes found;
   for (const Cell& cell : cells) {
-    if (is_timing(cell.measure) && names.contains(cell.node)) found[cell.system].insert(names[cell.node]);
+    if (is_timed(cell.measure) && names.contains(cell.node)) found[cell.system].insert(names[cell.node]);
   }
   return found;
 }

@@ -13,6 +13,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "measures/measure.h"
 #include "results/compare/change_points.h"
 #include "results/compare/samples.h"
 #include "results/soundness.h"
@@ -100,7 +101,7 @@ class Courses {
     std::map<std::tuple<std::string, double, std::string>, double> controls;  // system, timestep, measure: time
     const std::string& control = history_.options.control;
     for (const Cell& cell : cells) {
-      if (is_timing(cell.measure) && cell.contender != kHarness) timed_.insert(cell.contender);
+      if (is_timed(cell.measure) && cell.contender != kHarness) timed_.insert(cell.contender);
       if (control.empty() || cell.contender != control) continue;
       const Value* time = find_value(cell, time_of(cell.measure));
       if (time != nullptr && time->value) {
@@ -109,7 +110,7 @@ class Courses {
     }
     for (const Cell& cell : cells) {
       if (cell.contender == kHarness || cell.contender == control) continue;
-      const bool timing = is_timing(cell.measure);
+      const bool timing = is_timed(cell.measure);
       if (timing && history_.options.across_machines) continue;
       if (cell.values.empty()) {
         add_failure(cell, run);
@@ -171,7 +172,7 @@ class Courses {
     course.timestep_ms = cell.timestep_ms;
     course.value = value.name;
     course.unit = value.unit;
-    course.time = is_timing(cell.measure);
+    course.time = is_timed(cell.measure);
     return course;
   }
 

@@ -21,6 +21,7 @@
 #include "base/regular_file.h"
 #include "base/text.h"
 #include "measures/batch.h"
+#include "measures/measure.h"
 #include "results/store/cell_hash.h"
 #include "results/store/database.h"
 #include "results/store/differences.h"
@@ -134,13 +135,13 @@ class TimedMachines {
     Statement query(
         db,
         fmt::format("SELECT c.system, c.measure, json_extract(n.json, '$.name'), json_extract(n.json, '$.cpu') FROM "
-                    "(SELECT DISTINCT system, measure, {} AS node FROM {}.cells WHERE measure IN ('raw_speed', "
-                    "'scaling') OR measure LIKE 'batch-%') c JOIN {}.nodes n ON n.id = c.node ORDER BY 1, 3, 4, 2",
+                    "(SELECT DISTINCT system, measure, {} AS node FROM {}.cells) c JOIN {}.nodes n ON n.id = c.node "
+                    "ORDER BY 1, 3, 4, 2",
                     unnamed.empty() ? "node" : fmt::format("'{}'", unnamed), cells_in, nodes_in));
     while (query.step()) {
       const std::string system = query.text(0), measure = query.text(1);
+      if (!is_timed(measure)) continue;
       const auto batch = batch_of(measure);
-      if (!batch && measure != "raw_speed" && measure != "scaling") continue;
       const std::string kind = batch ? "times of many worlds on " + batch->device : "timings";
       const std::string name = query.text(2), here = name.empty() ? query.text(3) : name;
       const std::string& machine = machine_of_.emplace(std::pair(system, batch ? kind : measure), here).first->second;
@@ -236,9 +237,10 @@ class Merge {
     if (!finished.empty()) entries.push_back({"finished", finished});
     double timing_engine = 0, timing_wall = 0, accuracy_engine = 0, accuracy_cpu = 0;
     for (const auto& [measure, spent] : out_.spent()) {
-      if (measure == "scaling" || is_batch(measure)) continue;
-      (measure == "raw_speed" ? timing_engine : accuracy_engine) += spent.engine_s;
-      (measure == "raw_speed" ? timing_wall : accuracy_cpu) += measure == "raw_speed" ? spent.wall_s : spent.cpu_s;
+      const bool steps = reads(measure, Reads::kSteps);
+      if (is_timed(measure) && !steps) continue;
+      (steps ? timing_engine : accuracy_engine) += spent.engine_s;
+      (steps ? timing_wall : accuracy_cpu) += steps ? spent.wall_s : spent.cpu_s;
     }
     const auto share = [&](const char* key, double part, double whole) {
       if (whole > 0) entries.push_back({key, fmt::format("{:.3f}", part / whole)});
@@ -312,8 +314,7 @@ class Merge {
   }
 
   static std::string advice(const std::string& measure) {
-    const bool timed = measure == "raw_speed" || measure == "scaling" || is_batch(measure);
-    return timed
+    return is_timed(measure)
                ? "a timing that was measured twice: leave one of the two out"
                : "the same run gave two results, so engines, processors or libraries differ: leave one of the two out";
   }

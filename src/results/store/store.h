@@ -29,6 +29,8 @@
 #include <string_view>
 #include <vector>
 
+#include "measures/value.h"
+
 struct sqlite3;
 
 namespace assay {
@@ -43,20 +45,6 @@ enum class Outcome { kOk, kUnstable, kDiverged, kTimeout, kCrashed, kUnsupported
 std::string_view outcome_text(Outcome outcome);
 std::optional<Outcome> parse_outcome(std::string_view text);
 
-// One figure of a cell. `low` and `high` bound the 95 % interval where there is one. All are finite.
-struct Value {
-  std::string name;  // "consistency"
-  std::string unit;  // "m"; "1" for ratios
-  std::optional<double> value;
-  std::optional<double> low, high;
-};
-
-// Raw samples of one kind, in the order in which they were taken (round by round, piece by piece).
-struct SampleSeries {
-  std::string name;  // "step_time_us", "steal", "piece_error_m"
-  std::vector<double> values;
-};
-
 // The unit of work: contender x system x timestep x measure. What is interrupted loses whole cells.
 struct Cell {
   std::int64_t id = 0;  // set by the store
@@ -64,7 +52,7 @@ struct Cell {
   std::string system;
   std::string contender;
   double timestep_ms = 0;
-  std::string measure;  // "reference", "consistency", "truth", "drift", "raw_speed"
+  std::string measure;  // measures/measure.h
   Outcome outcome = Outcome::kOk;
   std::string reason;   // "" for ok
   double wall_s = 0;    // of the worker, or its part of a worker that served several cells

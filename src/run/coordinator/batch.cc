@@ -94,7 +94,7 @@ void measure_batch(const Campaign& campaign, const CampaignSystem& system, const
     tally.cell.system = system.name;
     tally.cell.contender = contender.name;
     tally.cell.timestep_ms = timestep_ms;
-    tally.cell.measure = batch_measure({worlds, contender.session.device});
+    tally.cell.measure = batch_name({worlds, contender.session.device});
     tally.cell.started = unix_time();
     started(fmt::format("{}, setting up {}", title, contender.name), 0);
     const auto answer = session(contender).command<BatchPrepared>(contender.name, 0, contender.session,

@@ -14,6 +14,7 @@
 #include "base/text.h"
 #include "measures/accuracy.h"
 #include "measures/grasp.h"
+#include "measures/measure.h"
 #include "measures/scaling.h"
 #include "measures/statistics.h"
 #include "measures/step_time.h"
@@ -38,11 +39,11 @@ std::optional<double> value_of(const Cell& cell, std::string_view name) {
   return found == nullptr ? std::nullopt : found->value;
 }
 
-std::map<std::pair<std::string, std::string>, Curve> curves(const std::vector<Cell>& cells,
-                                                            const std::string& measure) {
+std::map<std::pair<std::string, std::string>, Curve> curves(const std::vector<Cell>& cells, Reads read) {
   std::map<std::pair<std::string, std::string>, Curve> found;
   for (const Cell& cell : cells) {
-    if (cell.measure == measure && cell.outcome == Outcome::kOk) found[{cell.system, cell.contender}].push_back(&cell);
+    if (reads(cell.measure, read) && cell.outcome == Outcome::kOk)
+      found[{cell.system, cell.contender}].push_back(&cell);
   }
   for (auto& [name, curve] : found) std::ranges::sort(curve, {}, [](const Cell* cell) { return cell->timestep_ms; });
   return found;
@@ -50,7 +51,7 @@ std::map<std::pair<std::string, std::string>, Curve> curves(const std::vector<Ce
 
 void derive_truth(const std::vector<Cell>& cells, std::vector<Store::Derived>& derived,
                   std::vector<std::string>& warnings) {
-  for (const auto& [name, curve] : curves(cells, "truth")) {
+  for (const auto& [name, curve] : curves(cells, Reads::kSolution)) {
     // Over the whole run; results of an earlier version have only the run's end.
     const bool whole =
         std::ranges::all_of(curve, [](const Cell* cell) { return value_of(*cell, "truth_error_max").has_value(); });
@@ -80,7 +81,7 @@ void derive_truth(const std::vector<Cell>& cells, std::vector<Store::Derived>& d
 // whichever is larger. Errors near it are bounds of what the timestep costs: by the triangle inequality at most the
 // measured distance and the floor.
 void derive_consistency(const std::vector<Cell>& cells, std::vector<Store::Derived>& derived) {
-  for (const auto& [name, curve] : curves(cells, "consistency")) {
+  for (const auto& [name, curve] : curves(cells, Reads::kPieces)) {
     const auto restart = value_of(*curve.front(), "restart_floor");
     std::vector<ErrorAt> errors;
     for (const Cell* cell : curve) {
@@ -100,20 +101,22 @@ void derive_consistency(const std::vector<Cell>& cells, std::vector<Store::Deriv
   }
 }
 
-// A run that failed did not hold its object, nor did one that dropped it from some initial state. An unsupported one is
-// left out.
-void derive_grasp(const std::vector<Cell>& cells, std::vector<Store::Derived>& derived) {
-  std::map<std::pair<std::string, std::string>, Curve> tried;
+// Up to which timesteps runs hold, of measures that say so. A run that failed did not, nor did one that failed to from
+// some initial state. An unsupported one is left out.
+void derive_held(const std::vector<Cell>& cells, std::vector<Store::Derived>& derived) {
+  std::map<std::tuple<std::string, std::string, const Measure*>, Curve> tried;
   for (const Cell& cell : cells) {
-    if (cell.measure == "grasp" && cell.outcome != Outcome::kUnsupported) {
-      tried[{cell.system, cell.contender}].push_back(&cell);
+    const Measure* measure = measure_of(cell.measure);
+    if (measure != nullptr && !measure->held.empty() && cell.outcome != Outcome::kUnsupported) {
+      tried[{cell.system, cell.contender, measure}].push_back(&cell);
     }
   }
   for (auto& [name, curve] : tried) {
+    const std::string_view value = std::get<const Measure*>(name)->held;
     std::ranges::sort(curve, {}, [](const Cell* cell) { return cell->timestep_ms; });
     std::vector<HeldAt> timesteps;
     for (const Cell* cell : curve) {
-      const bool held = cell->outcome == Outcome::kOk && value_of(*cell, "grasp_held").value_or(0) == 1;
+      const bool held = cell->outcome == Outcome::kOk && value_of(*cell, value).value_or(0) == 1;
       timesteps.push_back({cell->timestep_ms, held});
     }
     const LargestHeld largest = largest_held(timesteps);
@@ -146,7 +149,7 @@ void derive_scaling(const Store& store, const std::vector<Cell>& cells, std::uin
   std::map<std::tuple<std::string, std::string, double>, Group> groups;
   for (const Cell& cell : cells) {
     const auto found = sizes.find(cell.system);
-    if (cell.measure != "scaling" || cell.outcome != Outcome::kOk || found == sizes.end()) continue;
+    if (!reads(cell.measure, Reads::kWholeRuns) || cell.outcome != Outcome::kOk || found == sizes.end()) continue;
     const auto& [family, size] = found->second;
     Group& group = groups[{family, cell.contender, cell.timestep_ms}];
     for (const SampleSeries& series : store.samples(cell.id)) {
@@ -172,7 +175,7 @@ void warn_of_noise(const Store& store, const std::vector<Cell>& cells, std::vect
   double widest = 0;
   std::string where;
   for (const Cell& cell : cells) {
-    if (cell.measure != "raw_speed") continue;
+    if (!reads(cell.measure, Reads::kSteps)) continue;
     for (const SampleSeries& series : store.samples(cell.id)) {
       if (series.name != "round_step_time_us") continue;
       const double spread = relative_spread(series.values);
@@ -212,7 +215,7 @@ void derive_ratios(const Store& store, const std::vector<Cell>& cells, std::vect
 
   std::map<std::tuple<std::string, std::string, double>, const Cell*> timed;
   for (const Cell& cell : cells) {
-    if (cell.measure == "raw_speed" && cell.outcome == Outcome::kOk) {
+    if (reads(cell.measure, Reads::kSteps) && cell.outcome == Outcome::kOk) {
       timed[{cell.system, cell.contender, cell.timestep_ms}] = &cell;
     }
   }
@@ -265,7 +268,7 @@ std::vector<std::string> derive_values(Store& store) {
   std::vector<std::string> warnings;
   derive_truth(cells, derived, warnings);
   derive_consistency(cells, derived);
-  derive_grasp(cells, derived);
+  derive_held(cells, derived);
   derive_scaling(store, cells, 1, derived);
   derive_ratios(store, cells, derived);
   warn_of_noise(store, cells, warnings);

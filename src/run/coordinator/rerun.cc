@@ -222,7 +222,7 @@ std::vector<Rerun> run_again(const Store& store, const std::string& system, cons
     RunJob run;
     run.subject = subject_spec(described, contender_of(rows, contenders[i]));
     run.timestep_ms = timestep_ms;
-    run.measures = {"reference"};
+    run.measures = {kFineRunCell};
     run.state = shown;
     run.trajectories = folder.path();
     run.save = address;
@@ -232,7 +232,7 @@ std::vector<Rerun> run_again(const Store& store, const std::string& system, cons
     job.cost = 1;
     job.on_end = [&, i, address](const JobEnd& end) {
       Rerun& rerun = reruns[i];
-      const auto [outcome, reason] = end.result("reference").ending;
+      const auto [outcome, reason] = end.result(kFineRunCell).ending;
       const bool ended = outcome == Outcome::kOk || outcome == Outcome::kUnstable;
       rerun.failure = ended ? "" : fmt::format("{} {}", outcome_text(outcome), reason);
       rerun.trajectory = read_trajectory(folder.path(), address);

@@ -12,7 +12,7 @@
 #include "campaign/shards.h"
 #include "conformance/conformance.h"
 #include "isolate/sandbox.h"
-#include "measures/batch.h"
+#include "measures/measure.h"
 #include "results/store/facts.h"
 #include "run/coordinator/model_notes.h"
 #include "run/coordinator/runner.h"
@@ -152,13 +152,14 @@ void Runner::time_again_elsewhere(std::set<std::pair<int, double>>& timed_again,
     const auto other = elsewhere.find(cell.node);
     if (other == elsewhere.end()) continue;
     const auto system = std::ranges::find(campaign_.systems, cell.system, &CampaignSystem::name);
-    const bool again =
-        ((cell.measure == "raw_speed" || is_batch(cell.measure)) && systems.contains(cell.system)) ||
-        (cell.measure == "scaling" && system != campaign_.systems.end() && families.contains(system->family));
+    const bool again = ((reads(cell.measure, Reads::kSteps) || reads(cell.measure, Reads::kWorlds)) &&
+                        systems.contains(cell.system)) ||
+                       (reads(cell.measure, Reads::kWholeRuns) && system != campaign_.systems.end() &&
+                        families.contains(system->family));
     if (!again) continue;
     timed_elsewhere_.insert(cell.key);
     moved[cell.system] = other->second;
-    if (cell.measure == "raw_speed" && system != campaign_.systems.end()) {
+    if (reads(cell.measure, Reads::kSteps) && system != campaign_.systems.end()) {
       timed_again.insert({static_cast<int>(system - campaign_.systems.begin()), cell.timestep_ms});
     }
   }
@@ -198,7 +199,7 @@ std::set<const CampaignContender*> Runner::contenders_ahead() const {
     // whose runs it reads, in whatever part it is
     const int trained_in = system(*cell).trained_in, states_of = system(*cell).states_of;
     if (!cell->against.empty()) ahead.insert(&campaign_.contenders[static_cast<size_t>(trained_in)]);
-    if (cell->measure == "raw_speed" && states_of >= 0) {
+    if (cell->reads == Reads::kSteps && states_of >= 0) {
       ahead.insert(&campaign_.contenders[static_cast<size_t>(states_of)]);
     }
   }
@@ -224,27 +225,29 @@ void Runner::choose() {
   for (const PlannedCell& cell : plan_.cells) {
     if (cell.shard != options_.shard.index || (options_.wanted && !options_.wanted(cell))) continue;
     mine_.push_back(&cell);
-    if (cell.measure == "raw_speed" && !std::ranges::binary_search(done, cell.key)) {
+    if (cell.reads == Reads::kSteps && !std::ranges::binary_search(done, cell.key)) {
       timed_again.insert({cell.system, cell.timestep_ms});
     }
-    if (cell.worlds > 0 && !std::ranges::binary_search(done, cell.key)) {
+    if (cell.reads == Reads::kWorlds && !std::ranges::binary_search(done, cell.key)) {
       batches_again.insert({cell.system, cell.timestep_ms, cell.worlds});
     }
-    if (cell.measure == "agreement" && !std::ranges::binary_search(done, cell.key)) compared_again.insert(cell.system);
-    if (cell.measure == "scaling" && !std::ranges::binary_search(done, cell.key)) scaled_again.insert(cell.system);
+    if (cell.reads == Reads::kFineRuns && !std::ranges::binary_search(done, cell.key))
+      compared_again.insert(cell.system);
+    if (cell.reads == Reads::kWholeRuns && !std::ranges::binary_search(done, cell.key))
+      scaled_again.insert(cell.system);
   }
   time_again_elsewhere(timed_again, scaled_again);
   for (const PlannedCell* cell : mine_) {
-    const bool again = (cell->measure == "raw_speed" && timed_again.contains({cell->system, cell->timestep_ms})) ||
+    const bool again = (cell->reads == Reads::kSteps && timed_again.contains({cell->system, cell->timestep_ms})) ||
                        batches_again.contains({cell->system, cell->timestep_ms, cell->worlds}) ||
-                       (cell->measure == "agreement" && compared_again.contains(cell->system)) ||
+                       (cell->reads == Reads::kFineRuns && compared_again.contains(cell->system)) ||
                        timed_elsewhere_.contains(cell->key);
     if (again || !std::ranges::binary_search(done, cell->key)) todo_.push_back(cell);
   }
   // A reference that failed earlier still fails what depends on it.
   std::map<std::string, const PlannedCell*> references;
   for (const PlannedCell& cell : plan_.cells) {
-    if (cell.measure == "reference") references[cell.key] = &cell;
+    if (cell.reads == Reads::kFineRun) references[cell.key] = &cell;
   }
   for (const Cell& cell : store_.cells()) {
     const auto found = references.find(cell.key);

@@ -87,7 +87,7 @@ void Runner::plan_references(std::map<std::string, Waiting>& producers) {
   }
   // Whose run it is: timings may start from another contender's states.
   const auto owner = [&](const PlannedCell& cell) -> const CampaignContender& {
-    const int of = cell.measure == "raw_speed" ? system(cell).states_of : -1;
+    const int of = cell.reads == Reads::kSteps ? system(cell).states_of : -1;
     return of < 0 ? contender(cell) : campaign_.contenders[static_cast<size_t>(of)];
   };
   for (const PlannedCell* cell : todo_) {
@@ -100,13 +100,13 @@ void Runner::plan_references(std::map<std::string, Waiting>& producers) {
   }
   std::map<std::pair<int, int>, const PlannedCell*> reference_of;  // by system and contender
   for (const PlannedCell* cell : todo_) {
-    if (cell->measure == "reference") reference_of[{cell->system, cell->contender}] = cell;
+    if (cell->reads == Reads::kFineRun) reference_of[{cell->system, cell->contender}] = cell;
   }
   std::map<std::string, std::set<const PlannedCell*>> part_of;
   for (const PlannedCell* cell : todo_) {
     if (cell->trajectory.empty() || failed_gate_.contains(owner(*cell).resolved.name)) continue;
     any[cell->trajectory] = {cell, 0, &owner(*cell)};
-    if (cell->measure == "reference") cells[cell->trajectory].push_back(cell);
+    if (cell->reads == Reads::kFineRun) cells[cell->trajectory].push_back(cell);
     const auto reference = reference_of.find({cell->system, cell->contender});
     for (size_t i = 0; i < cell->other_states.size(); ++i) {
       any[cell->other_states[i]] = {cell, static_cast<int>(i) + 1, &owner(*cell)};
@@ -132,7 +132,7 @@ void Runner::plan_references(std::map<std::string, Waiting>& producers) {
     RunJob run = run_job(*cell, system(*cell).reference_of(*whose));
     run.subject = subject_spec(system(*cell), *whose);
     run.subject.sample_ms = system(*cell).grid_ms();
-    run.measures = {"reference"};
+    run.measures = {kFineRunCell};
     run.state = state;
     if (there) {
       run.use = {address};
@@ -167,7 +167,7 @@ void Runner::plan_truths(std::map<std::string, Waiting>& producers) {
     producers[address] = std::move(waiting);
   };
   for (const PlannedCell* cell : todo_) {
-    if (cell->measure == "truth") add(system(*cell), 0);
+    if (cell->reads == Reads::kSolution) add(system(*cell), 0);
   }
   for (const PlannedRun* run : runs_) {
     if (run->contender < 0) add(system(plan_.cells[run->cell]), run_seconds(plan_, *run, step_us_));
@@ -183,12 +183,12 @@ void Runner::made_for_others(double seconds, bool made) {
 
 std::vector<Runner::Waiting> Runner::plan_measures() {
   std::vector<Waiting> jobs;
-  // All measures but consistency read the same run.
+  // All measures but those of pieces read the same run.
   std::map<std::tuple<int, int, double>, size_t> runs;
   for (const PlannedCell* cell : todo_) {
-    if (cell->measure == "reference" || cell->measure == "agreement" || is_timed(*cell)) continue;
+    if (cell->reads != Reads::kPieces && !shares_runs(cell->reads)) continue;
     if (failed_gate_.contains(contender(*cell).resolved.name)) continue;
-    const bool is_run = cell->measure != "consistency";
+    const bool is_run = cell->reads != Reads::kPieces;
     const auto at = std::tuple(cell->system, cell->contender, cell->timestep_ms);
     const auto found = runs.find(at);
     const bool shared = is_run && found != runs.end();
@@ -211,15 +211,11 @@ std::vector<Runner::Waiting> Runner::plan_measures() {
       const CampaignSystem& of = system(*cell);
       std::vector<double> lengths = {of.piece_ms};
       lengths.insert(lengths.end(), of.more_pieces_ms.begin(), of.more_pieces_ms.end());
-      job.request = PiecesJob{subject_spec(of, contender(*cell)),
-                              cell->timestep_ms,
-                              store_.trajectories_dir(),
-                              std::move(addresses),
-                              of.pieces,
-                              std::move(lengths),
-                              of.reference_of(contender(*cell)),
-                              of.grid_ms(),
-                              seed()};
+      job.request = PiecesJob{cell->measure,        subject_spec(of, contender(*cell)),
+                              cell->timestep_ms,    store_.trajectories_dir(),
+                              std::move(addresses), of.pieces,
+                              std::move(lengths),   of.reference_of(contender(*cell)),
+                              of.grid_ms(),         seed()};
       continue;
     }
     if (!shared) {
@@ -229,7 +225,7 @@ std::vector<Runner::Waiting> Runner::plan_measures() {
     auto& run = std::get<RunJob>(job.request);
     run.measures.push_back(cell->measure);
     if (addresses.size() > run.use.size()) run.use = std::move(addresses);
-    if (cell->measure != "truth") run.states = states;
+    if (takes_all_states(cell->reads)) run.states = states;
     if (!cell->keep.empty()) {
       run.keep = cell->keep;
       run.keep_state = system(*cell).shown_state();
@@ -239,7 +235,7 @@ std::vector<Runner::Waiting> Runner::plan_measures() {
       run.against = cell->against;
       waiting.needs.insert(cell->against.begin(), cell->against.end());
     }
-    if (cell->measure == "truth") {
+    if (cell->reads == Reads::kSolution) {
       run.truth = truth_address(system(*cell));
       waiting.needs.insert(run.truth);
     }
@@ -250,10 +246,10 @@ std::vector<Runner::Waiting> Runner::plan_measures() {
 
 // Compares each contender's reference run with those of all others that have one.
 void Runner::plan_agreement(std::vector<Waiting>& jobs) {
-  std::map<int, std::vector<const PlannedCell*>> systems;
+  std::map<std::pair<int, std::string>, std::vector<const PlannedCell*>> systems;  // by system and measure
   for (const PlannedCell* cell : todo_) {
-    if (cell->measure == "agreement" && !failed_gate_.contains(contender(*cell).resolved.name)) {
-      systems[cell->system].push_back(cell);
+    if (cell->reads == Reads::kFineRuns && !failed_gate_.contains(contender(*cell).resolved.name)) {
+      systems[{cell->system, cell->measure}].push_back(cell);
     }
   }
   for (const auto& [index, cells] : systems) {
@@ -262,7 +258,7 @@ void Runner::plan_agreement(std::vector<Waiting>& jobs) {
       waiting.cells = {own};
       waiting.needs = {own->trajectory};
       Job& job = waiting.job;
-      AgreementJob compared = {store_.trajectories_dir(), own->trajectory, {}};
+      AgreementJob compared = {own->measure, store_.trajectories_dir(), own->trajectory, {}};
       job.title = title(*own);
       job.limit_s = campaign_.time_limit_s;
       for (const PlannedCell* other : cells) {
@@ -281,8 +277,8 @@ void Runner::leave_truth_out(std::vector<Waiting>& waiting, const std::string& a
     auto* run = std::get_if<RunJob>(&one.job.request);
     if (run == nullptr || run->truth != address) return false;
     run->truth.clear();
-    std::erase(run->measures, "truth");
-    std::erase_if(one.cells, [](const PlannedCell* cell) { return cell->measure == "truth"; });
+    std::erase_if(run->measures, [](const std::string& measure) { return reads(measure, Reads::kSolution); });
+    std::erase_if(one.cells, [](const PlannedCell* cell) { return cell->reads == Reads::kSolution; });
     return one.cells.empty();
   });
 }
@@ -351,7 +347,7 @@ void Runner::accuracy() {
       if (cells.empty() && run_s == 0) progress_.made(title, remaining_s());
       // A reference solution is no cell: it has a result only when there is none.
       const bool solved = !is_run && end.answer && end.answer->cells.empty();
-      Ending failure = solved ? Ending() : end.result(is_run ? "reference" : "truth").ending;
+      Ending failure = solved ? Ending() : end.result(is_run ? kFineRunCell : kTruthJobCell).ending;
       const bool made = failure.outcome == Outcome::kOk || failure.outcome == Outcome::kUnstable;
       if (run_s > 0) {
         made_for_others(run_s, made);

@@ -13,7 +13,7 @@
 #include "campaign/shards.h"
 #include "isolate/machine_lack.h"
 #include "load/drawing.h"
-#include "measures/batch.h"
+#include "measures/measure.h"
 #include "measures/plausible.h"
 #include "results/store/facts.h"
 #include "run/coordinator/machine.h"
@@ -111,7 +111,7 @@ void Runner::describe() {
   std::vector<RunRow> runs;
   for (const PlannedCell& cell : plan_.cells) {
     const std::string& last = cell.keep.empty() ? cell.final_state : cell.keep;
-    const std::string& address = cell.measure == "reference" ? cell.trajectory : last;
+    const std::string& address = cell.reads == Reads::kFineRun ? cell.trajectory : last;
     if (address.empty()) continue;
     runs.push_back({address, system(cell).name, contender(cell).resolved.name, cell.timestep_ms});
   }
@@ -210,10 +210,10 @@ void Runner::finish(RunSummary& summary, double wall_s, double cpu_s) {
     ++stored;
     ++summary.outcomes[std::string(outcome_text(cell.outcome))];
     // neither waits for a clock nor shares the machine; has all cores
-    if (cell.measure == "scaling" || is_batch(cell.measure)) continue;
-    (cell.measure == "raw_speed" ? timing_engine : accuracy_engine) += cell.engine_s;
-    (cell.measure == "raw_speed" ? timing_wall : accuracy_cpu) +=
-        cell.measure == "raw_speed" ? cell.wall_s : cell.cpu_s;
+    const bool steps = reads(cell.measure, Reads::kSteps);
+    if (is_timed(cell.measure) && !steps) continue;
+    (steps ? timing_engine : accuracy_engine) += cell.engine_s;
+    (steps ? timing_wall : accuracy_cpu) += steps ? cell.wall_s : cell.cpu_s;
     for (const Value& value : cell.values) {
       if (!value.value) continue;
       const auto asked = campaign_.ratios.find(cell.contender);

@@ -21,7 +21,7 @@ void Runner::time_system(TimingPass& pass, int system_index) {
   const CampaignSystem& timed = campaign_.systems[static_cast<size_t>(system_index)];
   std::vector<double> timesteps;
   for (const PlannedCell* cell : todo_) {
-    if (cell->measure != "raw_speed" || cell->system != system_index) continue;
+    if (cell->reads != Reads::kSteps || cell->system != system_index) continue;
     if (std::ranges::find(timesteps, cell->timestep_ms) == timesteps.end()) timesteps.push_back(cell->timestep_ms);
   }
   std::ranges::sort(timesteps);
@@ -36,7 +36,7 @@ void Runner::time_system(TimingPass& pass, int system_index) {
     std::map<std::string, std::string> keys;
     std::map<std::string, const PlannedCell*> planned;
     for (const PlannedCell* cell : todo_) {
-      if (cell->measure != "raw_speed" || cell->system != system_index || cell->timestep_ms != timestep) continue;
+      if (cell->reads != Reads::kSteps || cell->system != system_index || cell->timestep_ms != timestep) continue;
       const std::string& name = contender(*cell).resolved.name;
       if (failed_gate_.contains(name) || lost_trajectory_.contains(cell->trajectory)) continue;
       const auto failed = failed_trajectory_.find(cell->trajectory);
@@ -97,7 +97,8 @@ std::optional<double> Runner::stored_share(const std::string& system, double tim
 
 std::optional<double> Runner::share_in(const std::vector<Cell>& cells, const std::string& system, double timestep_ms) {
   for (const Cell& cell : cells) {
-    if (cell.measure != "raw_speed" || cell.system != system || !same_timestep(cell.timestep_ms, timestep_ms)) continue;
+    if (!reads(cell.measure, Reads::kSteps) || cell.system != system || !same_timestep(cell.timestep_ms, timestep_ms))
+      continue;
     if (const Value* share = find_value(cell, "window_share")) return share->value;
   }
   return std::nullopt;
@@ -108,10 +109,11 @@ void Runner::scaling() {
   Pool pool(program_, 1, interrupts_);
   bool any = false;
   for (const PlannedCell* cell : todo_) {
-    if (cell->measure != "scaling" || failed_gate_.contains(contender(*cell).resolved.name)) continue;
+    if (cell->reads != Reads::kWholeRuns || failed_gate_.contains(contender(*cell).resolved.name)) continue;
     any = true;
     Job job;
-    job.request = ScalingJob{subject_spec(system(*cell), contender(*cell)),
+    job.request = ScalingJob{cell->measure,
+                             subject_spec(system(*cell), contender(*cell)),
                              cell->timestep_ms,
                              seed(),
                              store_.trajectories_dir(),
@@ -131,7 +133,7 @@ void Runner::scaling() {
 }
 
 void Runner::timing() {
-  if (std::ranges::none_of(todo_, [](const PlannedCell* cell) { return cell->measure == "raw_speed"; })) return;
+  if (std::ranges::none_of(todo_, [](const PlannedCell* cell) { return cell->reads == Reads::kSteps; })) return;
   progress_.phase("timing, alone on one core");
   if (!options_.windows_of.empty()) windows_of_ = Store::open(options_.windows_of).cells();
   if (timing_.done_s == 0) timing_.since = Clock::now();
@@ -147,7 +149,7 @@ void Runner::timing() {
 void Runner::batches() {
   std::map<std::tuple<int, double, int>, std::vector<const PlannedCell*>> groups;  // system, timestep, worlds
   for (const PlannedCell* cell : todo_) {
-    if (cell->worlds == 0 || failed_gate_.contains(contender(*cell).resolved.name)) continue;
+    if (cell->reads != Reads::kWorlds || failed_gate_.contains(contender(*cell).resolved.name)) continue;
     groups[{cell->system, cell->timestep_ms, cell->worlds}].push_back(cell);
   }
   if (groups.empty()) return;

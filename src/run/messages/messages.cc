@@ -71,15 +71,18 @@ void fields(auto& is, Of<TruthJob> auto& m) {
   is("trajectories", m.trajectories)("save", m.save);
 }
 void fields(auto& is, Of<PiecesJob> auto& m) {
+  is("measure", m.measure);
   is("subject", m.subject)("timestep_ms", m.timestep_ms)("trajectories", m.trajectories)("references", m.references);
   is("pieces", m.pieces)("piece_ms", m.piece_ms)("reference_ms", m.reference_ms)("grid_ms", m.grid_ms);
   is("seed", m.seed);
 }
 void fields(auto& is, Of<AgreementJob::Other> auto& m) { is("name", m.name)("address", m.address); }
 void fields(auto& is, Of<AgreementJob> auto& m) {
+  is("measure", m.measure);
   is("trajectories", m.trajectories)("own", m.own)("others", m.others);
 }
 void fields(auto& is, Of<ScalingJob> auto& m) {
+  is("measure", m.measure);
   is("subject", m.subject)("timestep_ms", m.timestep_ms)("seed", m.seed)("trajectories", m.trajectories);
   is("save", m.save)("most_runs", m.most_runs)("enough_s", m.enough_s);
 }

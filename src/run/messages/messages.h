@@ -74,7 +74,7 @@ struct SubjectSpec {
 struct RunJob {
   SubjectSpec subject;
   double timestep_ms = 0;
-  std::vector<std::string> measures;  // as stored; "reference" has no values
+  std::vector<std::string> measures;  // as stored
   std::string trajectories;
   int state = 0, states = 1;  // the first of the initial states, and how many
   // Address under which the run is kept, "" for not at all; of several states with "-" and the state's number behind
@@ -83,12 +83,12 @@ struct RunJob {
   // Of each state the address of its run when it exists already, "" to make it; empty: all are made. A run that is
   // used may have more samples than the subject asks for.
   std::vector<std::string> use;
-  std::string truth;  // address of the reference solution, "" when 'truth' is not measured
+  std::string truth;  // address of the reference solution, "" when no measure reads it
   std::uint64_t seed = 1;
   GraspBodies grasp;
   bool partial = false;  // keep a run that diverges too, as far as it went
-  // For 'transfer', of each state the address of the run of the contender that the policy was trained in, "" where it
-  // has none; empty: compared with nothing.
+  // For Reads::kRunPairs, of each state the address of the run of the contender that the policy was trained in, ""
+  // where it has none; empty: compared with nothing.
   std::vector<std::string> against = {};
   // Address under which the run from the initial state `keep_state` is kept for replays, "" for not at all: as far as
   // it went.
@@ -96,7 +96,9 @@ struct RunJob {
   int keep_state = 0;
 };
 
-// The reference solution of a smooth system, at the moments of a run's samples: no engine takes part.
+// The reference solution of a smooth system, at the moments of a run's samples: no engine takes part. The answer has a
+// cell, of this name, only where there is no solution.
+inline constexpr const char* kTruthJobCell = "truth";
 struct TruthJob {
   ModelSpec model;
   double duration_s = 0, sample_ms = 0;
@@ -105,6 +107,7 @@ struct TruthJob {
 
 // Self-consistency: pieces of reference runs, each started from one of their states.
 struct PiecesJob {
+  std::string measure;
   SubjectSpec subject;
   double timestep_ms = 0;
   std::string trajectories;
@@ -120,12 +123,13 @@ struct AgreementJob {
   struct Other {
     std::string name, address;
   };
-  std::string trajectories, own;
+  std::string measure, trajectories, own;
   std::vector<Other> others;
 };
 
 // Whole runs whose time is the figure: up to `most_runs`, until `enough_s` were spent in engine steps.
 struct ScalingJob {
+  std::string measure;
   SubjectSpec subject;
   double timestep_ms = 0;
   std::uint64_t seed = 1;

@@ -11,7 +11,7 @@ namespace {
 
 CellGroup group_of(const PlannedCell& cell) {
   if (is_timed(cell)) return CellGroup::kTimes;
-  return cell.measure == "consistency" || cell.measure == "agreement" ? CellGroup::kPieces : CellGroup::kRuns;
+  return cell.reads == Reads::kPieces || cell.reads == Reads::kFineRuns ? CellGroup::kPieces : CellGroup::kRuns;
 }
 
 constexpr std::array<CellGroup, 3> kGroups = {CellGroup::kRuns, CellGroup::kPieces, CellGroup::kTimes};
@@ -20,13 +20,13 @@ constexpr std::array<CellGroup, 3> kGroups = {CellGroup::kRuns, CellGroup::kPiec
 
 Knowledge::Knowledge(const Campaign& campaign, const Plan& plan) : campaign_(campaign) {
   for (const PlannedCell& cell : plan.cells) {
-    if (cell.measure == "raw_speed") timesteps_ms_.push_back(cell.timestep_ms);
+    if (cell.reads == Reads::kSteps) timesteps_ms_.push_back(cell.timestep_ms);
   }
   std::ranges::sort(timesteps_ms_);
   const auto repeated = std::ranges::unique(timesteps_ms_, same_timestep);
   timesteps_ms_.erase(repeated.begin(), repeated.end());
   for (const PlannedCell& cell : plan.cells) {
-    if (cell.measure == "reference") {
+    if (cell.reads == Reads::kFineRun) {
       references_[{cell.system, cell.contender}] = &cell;
       continue;
     }
@@ -48,7 +48,7 @@ void Knowledge::update(const Store& store) {
 
 bool Knowledge::counts(const PlannedCell& cell) const {
   const std::string& system = campaign_.systems[static_cast<size_t>(cell.system)].name;
-  return cell.measure != "truth" || std::ranges::find(without_truth_, system) == without_truth_.end();
+  return cell.reads != Reads::kSolution || std::ranges::find(without_truth_, system) == without_truth_.end();
 }
 
 std::vector<const PlannedCell*> Knowledge::missing(const PointAt& point, CellGroup group) const {
@@ -162,7 +162,7 @@ double Knowledge::expected_error(const PointAt& point) const {
     if (found == points_.end()) continue;
     for (const PlannedCell* cell : found->second[static_cast<size_t>(CellGroup::kRuns)].cells) {
       const auto stored = stored_.find(cell->key);
-      if (cell->measure != "truth" || stored == stored_.end()) continue;
+      if (cell->reads != Reads::kSolution || stored == stored_.end()) continue;
       const Value* error = find_value(stored->second, kTruthError);
       if (error != nullptr && error->value) errors[cell->system].emplace_back(timesteps_ms_[step], *error->value);
     }
@@ -186,7 +186,7 @@ double Knowledge::cost_s(const std::vector<const PlannedCell*>& cells) const {
   constexpr double kProcess = 0.1, kTiming = 1;
   double seconds = 0;
   for (const PlannedCell* cell : cells) {
-    seconds += cell->measure == "raw_speed" ? kTiming : kProcess;
+    seconds += cell->reads == Reads::kSteps ? kTiming : kProcess;
     const auto step = step_s(cell->system, cell->contender);
     seconds += step.value_or(1e-4) * static_cast<double>(cell->steps);
   }

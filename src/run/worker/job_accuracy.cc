@@ -12,14 +12,11 @@
 #include "controls/policy_config.h"
 #include "controls/work.h"
 #include "measures/accuracy.h"
-#include "measures/agreement.h"
 #include "measures/clusters.h"
-#include "measures/grasp.h"
 #include "measures/initial_states.h"
+#include "measures/measure.h"
 #include "measures/plausible.h"
-#include "measures/rebound.h"
 #include "measures/reference/smooth.h"
-#include "measures/run_measures.h"
 #include "measures/statistics.h"
 #include "measures/transfer.h"
 #include "run/worker/job_parts.h"
@@ -44,97 +41,72 @@ Ending judge(const Subject& subject, double timestep_s, const Trajectory& trajec
   return {};
 }
 
-CellResult truth_cell(const Subject& subject, const Run& run, const Trajectory& truth, double steps) {
-  if (run.ending.outcome == Outcome::kDiverged) return {"truth", run.ending, {}, {}};
-  const ErrorOverTime error = error_over_time(run.trajectory.states, truth.states);
-  double extent = 0;
-  for (const State& state : truth.states) {
-    for (const BodyState& body : state.bodies) extent = std::max(extent, body.p_WBcm.cwiseAbs().maxCoeff());
+// A run that exists may have more samples than are wanted: every so many of them are kept.
+void thin(std::vector<State>& states, long long samples) {
+  const long long extra = (std::ssize(states) - 1) % samples;
+  if (extra != 0 || std::ssize(states) <= samples) {
+    throw SystemError(
+        fmt::format("a kept run has {} states, which are no multiple of {} samples: remove the results' "
+                    "trajectories and start the same command again",
+                    states.size(), samples));
   }
-  const double rounding = rounding_error(subject.capabilities.precision == Precision::kSingle, extent, steps);
-  return {"truth",
-          run.ending,
-          {{"truth_error_max", "m", error.largest, {}, {}},
-           {"truth_error_rms", "m", error.rms, {}, {}},
-           {"truth_error", "m", error.at_end, {}, {}},
-           {"truth_rounding", "m", rounding, {}, {}}},
-          {}};
+  const auto stride = (states.size() - 1) / static_cast<size_t>(samples);
+  if (stride <= 1) return;
+  std::vector<State> kept;
+  for (size_t i = 0; i < states.size(); i += stride) kept.push_back(std::move(states[i]));
+  states = std::move(kept);
 }
 
-CellResult run_cell(const RunMeasure& measure, const Subject& subject, const Run& run, std::uint64_t seed) {
-  CellResult cell = {std::string(measure.name), run.ending, {}, {}};
-  if (run.ending.outcome == Outcome::kDiverged) return cell;
-  for (RunValue& value : measure.values({subject.model, run.trajectory.states, subject.control->is_zero(), seed})) {
-    cell.values.push_back({std::move(value.name), std::move(value.unit), value.value, value.low, value.high});
-  }
-  return cell;
-}
+// What the runs from a job's initial states have in common for measures.
+struct RunContext {
+  const RunJob& job;
+  const Subject& subject;
+  std::optional<TransferTask> task;  // of a policy
+  long long samples = 0, steps = 0;
+};
 
-void add_contacts(const Run& run, CellResult& cell) {
-  if (!run.contacts) return;
-  const ContactResiduals& of = *run.contacts;
-  cell.values.push_back({"contact_depth", "m", of.depth, {}, {}});
-  cell.values.push_back({"signorini_residual", "m/s", of.signorini, {}, {}});
-  if (of.cone) cell.values.push_back({"cone_violation", "1", of.cone, {}, {}});
-  if (of.dissipation) cell.values.push_back({"dissipation_residual", "m/s", of.dissipation, {}, {}});
-}
-
-// A run that diverges did not hold its object, even if the object was still in the hand.
-CellResult grasp_cell(const Run& run, const GraspBodies& bodies) {
-  const Grasp found = grasp(run.trajectory.states, bodies);
-  const bool ended = run.ending.outcome != Outcome::kDiverged;
-  CellResult cell = {"grasp", run.ending, {{"grasp_held", "1", ended && found.held() ? 1.0 : 0.0, {}, {}}}, {}};
-  if (ended) cell.values.push_back({"grasp_slip", "m", found.slip, {}, {}});
-  if (found.dropped_at) {
-    cell.values.push_back({"drop_time", "s", *found.dropped_at - run.trajectory.states.front().time, {}, {}});
-  }
-  return cell;
-}
-
-void add_parting(CellResult& cell, double time_s, const FirstParting& first) {
-  cell.samples.push_back({kPartingTimes, {time_s}});
-  cell.samples.push_back({kPartingBodies, {static_cast<double>(first.body)}});
-  cell.samples.push_back({kPartingJoints, {static_cast<double>(first.joint)}});
-  cell.samples.push_back({kPartingContacts, {first.contact ? 1.0 : 0.0}});
-}
-
-// Of one state's run under a policy. A run that diverges has fallen then. `against` is a run of the contender that the
-// policy was trained in, from the same state, or empty.
-CellResult transfer_cell(const Subject& subject, const Run& run, const std::vector<State>& against, double duration_s) {
+std::optional<TransferTask> task_of(const Subject& subject) {
+  if (subject.control->policy() == nullptr) return std::nullopt;
   const PolicyConfig& policy = *subject.control->policy();
   TransferTask task = {policy.base, policy.command, policy.fallen_height, policy.fallen_tilt, {}};
   for (const auto& [joint, range] : policy.joint_range) task.joints.push_back({joint, range.low, range.high});
-  const std::vector<State>& states = run.trajectory.states;
-  const Transfer found = transfer(subject.model, states, task, run.ending.outcome == Outcome::kDiverged);
-  CellResult cell = {"transfer", run.ending, {}, {}};
-  const auto add = [&](const char* name, const char* unit, const std::optional<double>& value) {
-    if (value) cell.values.push_back({name, unit, value, {}, {}});
-  };
-  add("fall_rate", "1", found.fell_at ? 1.0 : 0.0);
-  add("time_up", "s", found.up_s);
-  add("velocity_error", "m/s", found.velocity_error);
-  add("turning_error", "rad/s", found.turning_error);
-  add("foot_slip", "m/s", found.foot_slip);
-  const double ran_s = states.back().time - states.front().time;
-  if (ran_s > 0) add("joint_power", "W", run.account.work / ran_s);
-  if (run.account.policy_steps > 0) {
-    add("policy_time", "us", 1e6 * run.account.policy_s / static_cast<double>(run.account.policy_steps));
+  return task;
+}
+
+// The cell of a measure of the run from initial state number `state` of the job.
+CellResult run_cell(const Measure& measure, const RunContext& context, const Run& run, int state) {
+  const auto& [job, subject, task, samples, steps] = context;
+  CellResult cell = {std::string(measure.name), run.ending, {}, {}};
+  const bool ended = run.ending.outcome == Outcome::kOk || run.ending.outcome == Outcome::kUnstable;
+  const bool diverged = run.ending.outcome == Outcome::kDiverged;
+  if (!ended && !diverged) cell.samples = measure.without_run;
+  if (measure.of_run == nullptr || (!ended && (!diverged || !measure.of_failed_runs))) return cell;
+  MeasuredRun seen = {subject.model, run.trajectory.states};
+  seen.duration_s = job.subject.duration_s;
+  seen.diverged = diverged;
+  seen.passive = subject.control->is_zero();
+  seen.seed = job.seed;
+  seen.steps = steps;
+  seen.single_precision = subject.capabilities.precision == Precision::kSingle;
+  seen.grasp = job.grasp;
+  if (run.contacts) seen.contacts = &*run.contacts;
+  if (task) seen.task = &*task;
+  seen.work_J = run.account.work;
+  seen.policy_s = run.account.policy_s;
+  seen.policy_steps = run.account.policy_steps;
+  std::vector<State> other;
+  if (measure.reads == Reads::kSolution) {
+    other = load(job.trajectories, job.truth, subject.model, samples + 1).states;
+    seen.other = &other;
+  } else if (measure.reads == Reads::kRunPairs && std::cmp_less(state, job.against.size()) &&
+             !job.against[static_cast<size_t>(state)].empty()) {
+    other = load(job.trajectories, job.against[static_cast<size_t>(state)], subject.model).states;
+    thin(other, samples);
+    seen.other = &other;
   }
-  if (against.size() > 1) {
-    std::vector<double> time;
-    const size_t count = std::min(states.size(), against.size());
-    time.reserve(count);
-    for (size_t i = 0; i < count; ++i) time.push_back(states[i].time - states.front().time);
-    const std::vector<State> own(states.begin(), states.begin() + static_cast<std::ptrdiff_t>(count));
-    const std::vector<State> other(against.begin(), against.begin() + static_cast<std::ptrdiff_t>(count));
-    const auto parted = parting_time(time, distances(own, other));
-    // a run that failed has parted then
-    add("policy_parting_time", "s", parted.value_or(count < states.size() ? duration_s : time.back()));
-    const auto first = first_parting(subject.model, own, other);
-    add_parting(cell, first ? first->time_s : kNeverParted, first.value_or(FirstParting{0, -1, -1, false}));
-  } else {
-    add_parting(cell, kNotCompared, {0, -1, -1, false});
-  }
+  Measured measured = measure.of_run(seen);
+  cell.values = std::move(measured.values);
+  cell.samples = std::move(measured.samples);
   return cell;
 }
 
@@ -176,9 +148,14 @@ Value mean_over_states(const std::vector<double>& numbers, const Value& like, st
   return {like.name, like.unit, mean.value, mean.low, mean.high};
 }
 
-// One measure's cells from several initial states as one: each value is the mean over the states with an interval, and
-// the states' own numbers are its samples. Of a grasp the share that held is a probability, and a drop the earliest.
-CellResult over_states(std::vector<CellResult> cells, std::uint64_t seed) {
+OverStates over_states_of(const Measure& measure, const std::string& value) {
+  const auto row = std::ranges::find(measure.values, value, &ValueInfo::name);
+  return row == measure.values.end() ? OverStates::kMean : row->over_states;
+}
+
+// One measure's cells from several initial states as one: each value is what its row says, with an interval, and the
+// states' own numbers are its samples.
+CellResult over_states(const Measure& measure, std::vector<CellResult> cells, std::uint64_t seed) {
   if (cells.size() == 1) return std::move(cells.front());
   CellResult all = {cells.front().measure, worst_of(cells), {}, {}};
   const bool diverged = all.ending.outcome == Outcome::kDiverged;
@@ -195,36 +172,44 @@ CellResult over_states(std::vector<CellResult> cells, std::uint64_t seed) {
       const std::vector<double> numbers = of_states(cells, value.name);
       if (numbers.empty()) continue;
       all.samples.push_back({value.name + " of states", numbers});
-      if (value.name == "grasp_held" || value.name == "fall_rate") {
-        const auto held = static_cast<int>(std::ranges::count(numbers, 1.0));
-        const Interval share = probability(held, static_cast<int>(cells.size()));
-        all.values.push_back({value.name, value.unit, share.value, share.low, share.high});
-      } else if (value.name == "drop_time") {
-        all.values.push_back({value.name, value.unit, std::ranges::min(numbers), {}, {}});
-      } else if (!diverged || cell.measure == "transfer") {
-        all.values.push_back(mean_over_states(numbers, value, seed));
+      switch (over_states_of(measure, value.name)) {
+        case OverStates::kShare: {
+          const auto ones = static_cast<int>(std::ranges::count(numbers, 1.0));
+          const Interval share = probability(ones, static_cast<int>(cells.size()));
+          all.values.push_back({value.name, value.unit, share.value, share.low, share.high});
+          break;
+        }
+        case OverStates::kLeast:
+          all.values.push_back({value.name, value.unit, std::ranges::min(numbers)});
+          break;
+        case OverStates::kMean:
+          if (diverged) break;
+          [[fallthrough]];
+        case OverStates::kMeanOfAll:
+          all.values.push_back(mean_over_states(numbers, value, seed));
       }
     }
   }
   return all;
 }
 
-// The rebound of an impact at the system's scale with the contender's settings, beside how far its contacts give way.
-// Empty where the system has no impacts, and where the engine cannot make them.
-std::optional<Value> rebound_value(const Subject& subject, double timestep_ms, double& engine_s) {
-  std::optional<ImpactProbe> probe = impact_probe(subject.model, 1e-3 * timestep_ms);
-  if (!probe) return std::nullopt;
-  Subject impacts;
-  impacts.model = std::move(probe->model);
-  impacts.control = passive_control();
-  impacts.contender = subject.contender;
-  impacts.capabilities = subject.capabilities;
+// The value of the measure's own experiment with the contender's settings. Empty where the system has none, and where
+// the engine cannot make it.
+std::optional<Value> experiment_value(const Measure& measure, const Subject& subject, double timestep_ms,
+                                      double& engine_s) {
+  std::optional<Experiment> made = measure.experiment(subject.model, 1e-3 * timestep_ms);
+  if (!made) return std::nullopt;
+  Subject own;
+  own.model = std::move(made->model);
+  own.control = passive_control();
+  own.contender = subject.contender;
+  own.capabilities = subject.capabilities;
   try {
-    check_supported(impacts, 1e-3 * timestep_ms);
-    const Run run = run_sampled(impacts, impacts.model.initial, timestep_ms, probe->steps, 1);
+    check_supported(own, 1e-3 * timestep_ms);
+    const Run run = run_sampled(own, own.model.initial, timestep_ms, made->steps, 1);
     engine_s += run.engine_s;
     if (run.ending.outcome == Outcome::kDiverged) return std::nullopt;
-    return Value{"rebound", "1", rebound(run.trajectory.states), {}, {}};
+    return measure.of_experiment(run.trajectory.states);
   } catch (const UnsupportedError&) {
     return std::nullopt;
   } catch (const EngineError&) {
@@ -232,20 +217,17 @@ std::optional<Value> rebound_value(const Subject& subject, double timestep_ms, d
   }
 }
 
-// A run that exists may have more samples than are wanted: every so many of them are kept.
-void thin(std::vector<State>& states, long long samples) {
-  const long long extra = (std::ssize(states) - 1) % samples;
-  if (extra != 0 || std::ssize(states) <= samples) {
-    throw SystemError(
-        fmt::format("a kept run has {} states, which are no multiple of {} samples: remove the results' "
-                    "trajectories and start the same command again",
-                    states.size(), samples));
+std::vector<const Measure*> measures_of(const std::vector<std::string>& names) {
+  std::vector<const Measure*> found;
+  found.reserve(names.size());
+  for (const std::string& name : names) {
+    const Measure* measure = measure_of(name);
+    if (measure == nullptr || (!shares_runs(measure->reads) && measure->reads != Reads::kFineRun)) {
+      throw InputError(fmt::format("no measure '{}' reads a run", name));
+    }
+    found.push_back(measure);
   }
-  const auto stride = (states.size() - 1) / static_cast<size_t>(samples);
-  if (stride <= 1) return;
-  std::vector<State> kept;
-  for (size_t i = 0; i < states.size(); i += stride) kept.push_back(std::move(states[i]));
-  states = std::move(kept);
+  return found;
 }
 
 }  // namespace
@@ -255,10 +237,11 @@ JobDone do_job(const RunJob& job) {
   const std::string& dir = job.trajectories;
   const long long per_sample = std::llround(job.subject.sample_ms / job.timestep_ms);
   const long long samples = std::llround(1000 * job.subject.duration_s / job.subject.sample_ms);
-  std::map<std::string, std::vector<CellResult>> found;  // by measure, of each state
+  const std::vector<const Measure*> measures = measures_of(job.measures);
+  std::map<const Measure*, std::vector<CellResult>> found;  // of each state
+  const RunContext context = {job, subject, task_of(subject), samples, samples * per_sample};
   double engine_s = 0;
-  const bool with_contacts =
-      std::ranges::find(job.measures, "violation") != job.measures.end() && !subject.model.contacts.empty();
+  const bool with_contacts = std::ranges::any_of(measures, &Measure::reads_contacts) && !subject.model.contacts.empty();
   for (int i = 0; i < job.states; ++i) {
     const std::string use = std::cmp_less(i, job.use.size()) ? job.use[static_cast<size_t>(i)] : "";
     Run run;
@@ -291,41 +274,19 @@ JobDone do_job(const RunJob& job) {
     if (!job.keep.empty() && job.state + i == job.keep_state && run.trajectory.states.size() > 1) {
       save(dir, job.keep, run.trajectory);
     }
-    for (const std::string& measure : job.measures) {
-      std::vector<CellResult>& cells = found[measure];
+    for (const Measure* measure : measures) {
       // the reference solution is that of the model's own initial state
-      if (measure == "truth" && job.state + i > 0) continue;
-      const bool ran = ended || run.ending.outcome == Outcome::kDiverged;
-      if (measure == "reference" || !ran) {
-        cells.push_back({measure, run.ending, {}, {}});
-        if (measure == "transfer") add_parting(cells.back(), kNotCompared, {0, -1, -1, false});
-      } else if (measure == "truth") {
-        cells.push_back(truth_cell(subject, run, load(dir, job.truth, subject.model, samples + 1),
-                                   static_cast<double>(samples * per_sample)));
-      } else if (measure == "grasp") {
-        cells.push_back(grasp_cell(run, job.grasp));
-      } else if (measure == "transfer") {
-        std::vector<State> against;
-        if (std::cmp_less(i, job.against.size()) && !job.against[static_cast<size_t>(i)].empty()) {
-          against = load(dir, job.against[static_cast<size_t>(i)], subject.model).states;
-          thin(against, samples);
-        }
-        cells.push_back(transfer_cell(subject, run, against, job.subject.duration_s));
-      } else {
-        const RunMeasure* of_run = find_run_measure(measure);
-        if (of_run == nullptr) throw InputError(fmt::format("no measure '{}' reads a run", measure));
-        cells.push_back(run_cell(*of_run, subject, run, job.seed));
-        if (measure == "violation" && ended) add_contacts(run, cells.back());
-      }
+      if (measure->reads == Reads::kSolution && job.state + i > 0) continue;
+      found[measure].push_back(run_cell(*measure, context, run, i));
     }
     if (run.ending.outcome == Outcome::kUnsupported) break;  // from every state
   }
   std::vector<CellResult> cells;
-  cells.reserve(job.measures.size());
-  for (const std::string& measure : job.measures) {
-    CellResult& cell = cells.emplace_back(over_states(std::move(found[measure]), job.seed));
-    if (measure != "violation" || cell.values.empty()) continue;
-    if (auto value = rebound_value(subject, job.timestep_ms, engine_s)) cell.values.push_back(std::move(*value));
+  cells.reserve(measures.size());
+  for (const Measure* measure : measures) {
+    CellResult& cell = cells.emplace_back(over_states(*measure, std::move(found[measure]), job.seed));
+    if (measure->experiment == nullptr || cell.values.empty()) continue;
+    if (auto value = experiment_value(*measure, subject, job.timestep_ms, engine_s)) cell.values.push_back(*value);
   }
   return job_done(std::move(cells), engine_s);
 }
@@ -343,7 +304,7 @@ JobDone do_job(const TruthJob& job) {
     truth.states = smooth_solution(model, model.initial, times);
   } catch (const InputError& error) {
     // Of this model, and no reason to end the campaign.
-    return job_done({{"truth", {Outcome::kUnsupported, error.what()}, {}, {}}}, 0);
+    return job_done({{kTruthJobCell, {Outcome::kUnsupported, error.what()}, {}, {}}}, 0);
   }
   truth.states.insert(truth.states.begin(), model.initial);
   save(job.trajectories, job.save, truth);
@@ -368,6 +329,12 @@ std::vector<Piece> spread(long long total, long long length, int pieces, int sta
   return all;
 }
 
+const Measure& measure_named(const std::string& name) {
+  const Measure* measure = measure_of(name);
+  if (measure == nullptr) throw InputError(fmt::format("there is no measure '{}'", name));
+  return *measure;
+}
+
 // Whether `a` is a whole number of `b`, up to the rounding of decimal fractions.
 bool is_multiple(double a, double b) {
   const double ratio = a / b;
@@ -386,6 +353,7 @@ class Pieces {
   Pieces(const PiecesJob& job, const Subject& subject)
       : job_(job),
         subject_(subject),
+        measure_(measure_named(job.measure)),
         sample_ms_(is_multiple(job.grid_ms, job.timestep_ms) ? job.grid_ms : job.subject.sample_ms) {
     const long long samples = std::llround(1000 * job.subject.duration_s / job.grid_ms);
     for (const std::string& address : job.references) {
@@ -440,7 +408,8 @@ class Pieces {
       for (PieceErrors& each : lengths_) {
         if (main ? each.length_ms > length_ms : each.length_ms != length_ms) continue;
         const long long end = std::llround(each.length_ms / sample_ms_);
-        each.errors.push_back(position_error(run.trajectory.states[static_cast<size_t>(end)], at(piece.start + end)));
+        each.errors.push_back(
+            measure_.of_piece(run.trajectory.states[static_cast<size_t>(end)], at(piece.start + end)));
         each.states.push_back(piece.state);
       }
     }
@@ -448,6 +417,7 @@ class Pieces {
 
   const PiecesJob& job_;
   const Subject& subject_;
+  const Measure& measure_;
   std::vector<Trajectory> references_;
   double sample_ms_ = 0;
   std::vector<PieceErrors> lengths_;
@@ -461,7 +431,7 @@ class Pieces {
 JobDone do_job(const PiecesJob& job) {
   const Subject subject = subject_of(job.subject);
   Pieces pieces(job, subject);
-  CellResult cell = {"consistency", {}, {}, {}};
+  CellResult cell = {job.measure, {}, {}, {}};
   try {
     check_supported(subject, 1e-3 * job.timestep_ms);
     pieces.run();
@@ -478,7 +448,7 @@ JobDone do_job(const PiecesJob& job) {
       const Interval error = job.references.size() == 1
                                  ? bootstrap_mean(each.errors, job.seed)
                                  : bootstrap_mean_of_groups(grouped(each.errors, each.states), job.seed);
-      cell.values.push_back({main ? "consistency" : fmt::format("consistency_{}ms", shortest(each.length_ms)), "m",
+      cell.values.push_back({main ? job.measure : fmt::format("{}_{}ms", job.measure, shortest(each.length_ms)), "m",
                              error.value, error.low, error.high});
       if (main && same_timestep(job.timestep_ms, job.reference_ms)) {
         cell.values.push_back({"restart_floor", "m", error.value, error.low, error.high});
@@ -494,39 +464,18 @@ JobDone do_job(const PiecesJob& job) {
   return job_done({std::move(cell)}, pieces.engine_s());
 }
 
-// ---- agreement --------------------------------------------------------------------------------------------------------
+// ---- fine-step runs of all contenders --------------------------------------------------------------------------------------------------------
 
 JobDone do_job(const AgreementJob& job) {
-  const Trajectory own = load(job.trajectories, job.own);
-  std::vector<double> time;
-  time.reserve(own.states.size());
-  for (const State& state : own.states) time.push_back(state.time);
-  const double duration_s = time.back() - time.front();
-  // Enough for a plot.
-  constexpr size_t kMostSamples = 64;
-  const size_t stride = (time.size() + kMostSamples - 1) / kMostSamples;
-  const auto thinned = [&](const std::vector<double>& series) {
-    std::vector<double> kept;
-    kept.reserve(kMostSamples);
-    for (size_t i = 0; i < series.size(); i += stride) kept.push_back(series[i]);
-    return kept;
-  };
-  CellResult cell = {"agreement", {}, {}, {}};
-  std::vector<double> at_end, parted;
-  for (const AgreementJob::Other& other : job.others) {
-    const State& like = own.states.front();
-    const std::vector<double> apart =
-        distances(own.states, load(job.trajectories, other.address, like.bodies.size(), like.position.size()).states);
-    at_end.push_back(apart.back());
-    parted.push_back(parting_time(time, apart).value_or(duration_s));
-    cell.samples.push_back({"distance_m " + other.name, thinned(apart)});
-    cell.samples.push_back({"parting_time_s " + other.name, {parted.back()}});
+  const std::vector<State> own = load(job.trajectories, job.own).states;
+  const State& like = own.front();
+  std::vector<ComparedRuns::Other> others;
+  others.reserve(job.others.size());
+  for (const auto& [contender, address] : job.others) {
+    others.push_back({contender, load(job.trajectories, address, like.bodies.size(), like.position.size()).states});
   }
-  if (!at_end.empty()) {
-    cell.samples.push_back({"time_s", thinned(time)});
-    cell.values = {{"agreement", "m", median(at_end), {}, {}}, {"parting_time", "s", median(parted), {}, {}}};
-  }
-  return job_done({std::move(cell)}, 0);
+  Measured measured = measure_named(job.measure).of_fine_runs({own, others});
+  return job_done({{job.measure, {}, std::move(measured.values), std::move(measured.samples)}}, 0);
 }
 
 }  // namespace assay::jobs

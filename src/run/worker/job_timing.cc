@@ -321,7 +321,7 @@ JobDone do_job(const ScalingJob& job) {
   const long long samples = std::llround(1000 * job.subject.duration_s / job.subject.sample_ms);
   const long long per_sample = std::llround(job.subject.sample_ms / job.timestep_ms);
   pin_to_core();
-  CellResult cell = {"scaling", {}, {}, {}};
+  CellResult cell = {job.measure, {}, {}, {}};
   Ending& ending = cell.ending;
   std::vector<double> seconds;
   Trajectory end;

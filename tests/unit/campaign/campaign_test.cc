@@ -104,7 +104,7 @@ TEST(Campaign, SaysWhatItSays) {
   EXPECT_EQ(setting_text(campaign.contenders[1].resolved.settings.values.at("jacobian")), "dense");
   ASSERT_EQ(campaign.systems.size(), 2U);
   const CampaignSystem& chain = campaign.systems[0];
-  EXPECT_THAT(chain.measures, ElementsAre(Measure::kTruth, Measure::kDrift));
+  EXPECT_THAT(chain.measures, ElementsAre(find_measure("truth"), find_measure("drift")));
   EXPECT_THAT(chain.timesteps_ms, ElementsAre(0.25, 1, 4)) << "sorted";
   EXPECT_EQ(chain.sample_ms, 4) << "the largest timestep";
   EXPECT_EQ(chain.model.bodies.size(), 5U);

@@ -8,7 +8,7 @@
 #include "base/errors.h"
 #include "engines/batch.h"
 #include "load/mjcf.h"
-#include "results/values.h"
+#include "measures/measure.h"
 
 namespace assay {
 namespace {
@@ -17,15 +17,15 @@ Model chain() { return load_model(std::string(ASSAY_MODELS "/planar-chain.xml"))
 
 TEST(Batch, ItsMeasureNamesWorldsAndDevice) {
   for (const BatchOf& batch : {BatchOf{1, "cpu"}, BatchOf{4096, "cpu"}, BatchOf{256, "cuda:1"}}) {
-    const std::string measure = batch_measure(batch);
-    EXPECT_TRUE(is_batch(measure)) << measure;
-    EXPECT_TRUE(is_timing(measure)) << measure;
+    const std::string measure = batch_name(batch);
+    EXPECT_TRUE(reads(measure, Reads::kWorlds)) << measure;
+    EXPECT_TRUE(is_timed(measure)) << measure;
     const BatchOf read = batch_of(measure).value_or(BatchOf{0, ""});
     EXPECT_EQ(read.worlds, batch.worlds);
     EXPECT_EQ(read.device, batch.device);
   }
   for (const char* other : {"raw_speed", "batch", "batch-", "batch-0", "batch--1", "batch-x", "scaling"}) {
-    EXPECT_FALSE(is_batch(other)) << other;
+    EXPECT_FALSE(batch_of(other)) << other;
   }
 }
 

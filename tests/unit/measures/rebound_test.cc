@@ -22,7 +22,7 @@ Model things(const std::string& more) {
 
 TEST(Rebound, TheProbeHasTheSizeAndMassOfTheSmallestShape) {
   const auto expect = [](const std::string& more, double radius, double mass) {
-    const auto probe = impact_probe(things(more), 1e-3);
+    const auto probe = impact_experiment(things(more), 1e-3);
     ASSERT_TRUE(probe);
     EXPECT_EQ(probe->model.bodies.size() + 1, probe->model.shapes.size());
     for (const Body& body : probe->model.bodies) EXPECT_DOUBLE_EQ(body.mass, mass);
@@ -42,9 +42,9 @@ TEST(Rebound, TheProbeHasTheSizeAndMassOfTheSmallestShape) {
 
 TEST(Rebound, ImpactsAreAtEveryPhaseOfAStep) {
   constexpr double kTimestep = 4e-3;
-  const auto made = impact_probe(things(""), kTimestep);
+  const auto made = impact_experiment(things(""), kTimestep);
   ASSERT_TRUE(made);
-  const ImpactProbe probe = made.value_or(ImpactProbe{});
+  const Experiment probe = made.value_or(Experiment{});
   std::set<int> phases;
   double last = 0;
   const Separations separations(probe.model);
@@ -60,9 +60,9 @@ TEST(Rebound, ImpactsAreAtEveryPhaseOfAStep) {
 }
 
 TEST(Rebound, ThereIsNoneWithoutImpacts) {
-  EXPECT_FALSE(impact_probe(without_contacts(things("")), 1e-3));
-  EXPECT_TRUE(impact_probe(things(""), 0.09));
-  EXPECT_FALSE(impact_probe(things(""), 0.11)) << "a ball of 0.1 m would pass through the plane in a step";
+  EXPECT_FALSE(impact_experiment(without_contacts(things("")), 1e-3));
+  EXPECT_TRUE(impact_experiment(things(""), 0.09));
+  EXPECT_FALSE(impact_experiment(things(""), 0.11)) << "a ball of 0.1 m would pass through the plane in a step";
 }
 
 TEST(Rebound, TheFastestBallThatLeavesCounts) {

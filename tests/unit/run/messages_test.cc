@@ -43,9 +43,9 @@ std::vector<Request> requests() {
   return {
       RunJob{kSubject, 0.25, {"drift", "truth"}, "dir", 1, 4, "s", {"u", "v"}, "t", 7, {1, 2, 0.3}, true, {"x", ""}},
       TruthJob{kModel, 2, 16, "dir", "address"},
-      PiecesJob{kSubject, 0.25, "dir", {"r", "q"}, 10, {128, 8}, 1.0 / 64, 8, 7},
-      AgreementJob{"dir", "own", {{"B", "b"}, {"C", "c"}}},
-      ScalingJob{kSubject, 0.25, 7, "dir", "s", 5, 2.5},
+      PiecesJob{"consistency", kSubject, 0.25, "dir", {"r", "q"}, 10, {128, 8}, 1.0 / 64, 8, 7},
+      AgreementJob{"agreement", "dir", "own", {{"B", "b"}, {"C", "c"}}},
+      ScalingJob{"scaling", kSubject, 0.25, 7, "dir", "s", 5, 2.5},
       ConformanceJob{kContender, {"free-fall", "sliding"}},
       ProbeJob{kSubject, 0.25, true},
       TimingJob{kSubject, "dir", "r", 5},

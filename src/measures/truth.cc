@@ -1,0 +1,63 @@
+// The measure 'truth': the error of a run against the reference solution.
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "measures/accuracy.h"
+#include "measures/measure.h"
+#include "measures/reference/smooth.h"
+
+namespace assay {
+namespace {
+
+std::string truth_obstacle(const MeasuredSystem& system) {
+  const std::string obstacle = smooth_obstacle(system.model);
+  if (obstacle.empty() && system.passive) return "";
+  return fmt::format(
+      "cannot be measured against the truth, which needs a smooth, passive motion: {}; leave 'truth' out of its "
+      "measures",
+      obstacle.empty() ? "its control is not passive" : obstacle);
+}
+
+Measured truth_values(const MeasuredRun& run) {
+  const ErrorOverTime error = error_over_time(run.states, *run.other);
+  double extent = 0;
+  for (const State& state : *run.other) {
+    for (const BodyState& body : state.bodies) extent = std::max(extent, body.p_WBcm.cwiseAbs().maxCoeff());
+  }
+  const double rounding = rounding_error(run.single_precision, extent, static_cast<double>(run.steps));
+  return {{{"truth_error_max", "m", error.largest},
+           {"truth_error_rms", "m", error.rms},
+           {"truth_error", "m", error.at_end},
+           {"truth_rounding", "m", rounding}}};
+}
+
+}  // namespace
+
+Measure truth_measure() {
+  using namespace rows;
+  return {
+      .name = "truth",
+      .reads = Reads::kSolution,
+      .values =
+          {{"truth_error_max", "m", "Error against the reference solution", "error", kLow, kPlot, kLimit,
+            "mean distance of the bodies from an independent, error-controlled solution, the largest of the run's "
+            "samples",
+            0},
+           {"truth_error_rms", "m", "Error against the reference solution, RMS", "error (RMS)", kLow, kPlot, kLimit,
+            "mean distance of the bodies from an independent, error-controlled solution, root mean square over the run",
+            0},
+           {"truth_error", "m", "Error against the reference solution, at the end", "error at the end", kLow, kPlot,
+            kLimit, "mean distance of the bodies from an independent, error-controlled solution at the end of the run",
+            0},
+           {"truth_floor", "m", "Error floor", "error floor", kNone, kNo, kNo,
+            "error that stays however small the timestep, far above rounding: not an integration error", 12},
+           {"truth_rounding", "m", "Rounding part of the error", "rounding", kNone, kNo, kNo,
+            "estimate of the part of the error against the reference solution that rounding explains", 12},
+           {"truth_order", "1", "Observed order", "observed order", kNone, kNo, kNo,
+            "slope of the error against the reference solution between this timestep and the next smaller one", 15}},
+      .obstacle = truth_obstacle,
+      .of_run = truth_values};
+}
+
+}  // namespace assay
