@@ -271,7 +271,7 @@ int run_explain(const ExplainOptions& options) {
     for (const NoSwap& each : swaps.not_possible) answer.line(fmt::format("{}: {}", each.cause, each.why));
   }
   if (found.verdict != GapVerdict::kNoDifference) add_remaining(found, answer);
-  answer.print();
+  print(answer);
   return kDone;
 }
 

@@ -27,6 +27,18 @@ std::string springs_text(SpringKind springs) {
   return "";
 }
 
+std::string contact_forces_given(ContactForces forces) {
+  switch (forces) {
+    case ContactForces::kNone:
+      return "none";
+    case ContactForces::kNormal:
+      return "normal";
+    case ContactForces::kAll:
+      return "all";
+  }
+  return "";
+}
+
 std::string contact_forces_text(const Capabilities& capabilities) {
   std::string text;
   switch (capabilities.contact_forces) {

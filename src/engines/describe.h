@@ -17,6 +17,7 @@ std::string springs_text(SpringKind springs);           // "none", "explicit", "
 // "not given: ...", "along the normal, no friction: ...", "normal and friction: ..."
 inline constexpr const char* kForcesNotGiven = "not given";
 std::string contact_forces_text(const Capabilities& capabilities);
+std::string contact_forces_given(ContactForces forces);  // "none", "normal", "all"
 
 // Every field under its own name, in the order of the fairness ledger.
 nlohmann::ordered_json describe(const Capabilities& capabilities);

@@ -9,6 +9,7 @@
 
 #include "base/quantity.h"
 #include "base/text.h"
+#include "results/answer.h"
 
 namespace assay {
 namespace {
@@ -24,14 +25,39 @@ std::string error_text(double error, const std::string& unit) {
   return error < least ? "under " + quantity_text(least, unit, 1) : quantity_text(error, unit);
 }
 
-json answer(const char* id, std::string question, std::string text, const Point* point, json limits, json realtime) {
+// `figures` are of `point`; without one they are the whole text.
+struct CardText {
+  const Point* point = nullptr;  // that answers; null where none does
+  std::string figures;           // its, or the whole text
+  const char* before = ": ";     // the figures, where they follow the point's name
+};
+
+json answer(const char* id, const std::string& question, const CardText& text, const json& limits,
+            const json& realtime) {
+  const Point* point = text.point;
   return {{"id", id},
-          {"question", std::move(question)},
-          {"text", std::move(text)},
+          {"question", question},
+          {"text", point == nullptr ? text.figures
+                                    : place_text(*point) + (text.figures.empty() ? "" : text.before) + text.figures},
+          {"figures", text.figures},
           {"contender", point == nullptr ? json(nullptr) : json(point->contender)},
           {"timestep_ms", point == nullptr ? json(nullptr) : json(point->timestep_ms)},
-          {"limits", std::move(limits)},
-          {"realtime", std::move(realtime)}};
+          {"limits", limits},
+          {"realtime", realtime}};
+}
+
+// "120× real time, error 0.412 mm"
+std::string candidate_figures(const SystemAnswers& answers, const Candidate& candidate) {
+  const ValueInfo& info = info_of(answers, answers.main);
+  // "about": the speed was interpolated, not timed.
+  std::string text =
+      fmt::format("{}{} real time", candidate.speed.timed ? "" : "about ", realtime_text(candidate.speed.factor.value));
+  const auto own = candidate.worst.find(answers.main);
+  if (own != candidate.worst.end()) {
+    text += fmt::format(", {} {}", info.brief, error_text(own->second.value.value, info.unit));
+  }
+  if (!candidate.end_of_grid.empty()) text += fmt::format(" ({} timestep tried)", candidate.end_of_grid);
+  return text;
 }
 
 // The one that is most accurate among those at least as fast as real time; of equally accurate ones the fastest.
@@ -54,20 +80,21 @@ json fastest_within(const SystemAnswers& answers, double limit) {
   const json limits = {{answers.main, limit}};
   if (found.best) {
     const Candidate& best = answers.candidates[*found.best];
-    std::string text = candidate_text(answers, best, answers.main);
+    std::string text = candidate_figures(answers, best);
     if (!found.alike.empty()) {
       text += fmt::format("; not told apart: {}", answers.at(answers.candidates[found.alike.front()]).contender);
       if (found.alike.size() > 1) text += fmt::format(" and {} more", found.alike.size() - 1);
     }
-    return answer("fastest-1mm", question, text, &answers.at(best), limits, nullptr);
+    return answer("fastest-1mm", question, {&answers.at(best), text}, limits, nullptr);
   }
   std::string text = fmt::format("No contender is within {}", quantity_text(limit, "m", 1));
   if (found.nearest) {
-    text += "; the nearest: " + candidate_text(answers, answers.candidates[*found.nearest], answers.main);
+    const Candidate& nearest = answers.candidates[*found.nearest];
+    text += fmt::format("; the nearest: {}: {}", place_text(answers.at(nearest)), candidate_figures(answers, nearest));
   } else if (answers.candidates.empty()) {
     text = "No sound run was timed";
   }
-  return answer("fastest-1mm", question, text, nullptr, limits, nullptr);
+  return answer("fastest-1mm", question, {nullptr, text}, limits, nullptr);
 }
 
 json largest_sound(const SystemAnswers& answers) {
@@ -77,8 +104,7 @@ json largest_sound(const SystemAnswers& answers) {
   }
   const char* id = "largest-sound-timestep";
   const std::string question = "Largest sound timestep";
-  if (largest == 0)
-    return answer(id, question, "No contender is sound at any timestep", nullptr, json::object(), nullptr);
+  if (largest == 0) return answer(id, question, {nullptr, "No contender is sound at any timestep"}, json::object(), {});
   std::vector<const Point*> there;
   for (const Point& point : answers.points) {
     if (point.sound && same_timestep(point.timestep_ms, largest)) there.push_back(&point);
@@ -89,15 +115,17 @@ json largest_sound(const SystemAnswers& answers) {
     return own == point->worst.end() ? HUGE_VAL : own->second.value.value;
   };
   const Point* best = *std::ranges::min_element(there, {}, error);
-  std::string text = fmt::format("{} at {} ms", best->contender, timestep_label(largest));
-  if (error(best) < HUGE_VAL) {
+  std::vector<std::string> figures;
+  const bool known = error(best) < HUGE_VAL;
+  if (known) {
     const ValueInfo& info = info_of(answers, answers.main);
-    text += fmt::format(": {} {}", info.brief, error_text(error(best), info.unit));
+    figures.push_back(fmt::format("{} {}", info.brief, error_text(error(best), info.unit)));
   }
   if (there.size() > 1) {
-    text += fmt::format("; {} {} sound there", there.size() - 1, there.size() == 2 ? "other is" : "others are");
+    figures.push_back(
+        fmt::format("{} {} sound there", there.size() - 1, there.size() == 2 ? "other is" : "others are"));
   }
-  return answer(id, question, text, best, json::object(), nullptr);
+  return answer(id, question, {best, join(figures, "; "), known ? ": " : "; "}, json::object(), {});
 }
 
 // How far the contenders' fine-step runs are apart at the end, as far as they were compared.
@@ -158,20 +186,6 @@ std::string caveat(const Results& results, const SystemAnswers& answers, const j
 
 }  // namespace
 
-std::string candidate_text(const SystemAnswers& answers, const Candidate& candidate, const std::string& value) {
-  const Point& point = answers.at(candidate);
-  const ValueInfo& info = info_of(answers, value);
-  // "about": the speed was interpolated, not timed.
-  std::string text = fmt::format("{} at {} ms: {}{} real time", point.contender, timestep_label(point.timestep_ms),
-                                 candidate.speed.timed ? "" : "about ", realtime_text(candidate.speed.factor.value));
-  const auto own = candidate.worst.find(value);
-  if (own != candidate.worst.end()) {
-    text += fmt::format(", {} {}", info.brief, error_text(own->second.value.value, info.unit));
-  }
-  if (!candidate.end_of_grid.empty()) text += fmt::format(" ({} timestep tried)", candidate.end_of_grid);
-  return text;
-}
-
 json card_data(const Results& results, const SystemAnswers& answers) {
   constexpr double kLimit = 1e-3;  // m
   json list = json::array();
@@ -182,10 +196,9 @@ json card_data(const Results& results, const SystemAnswers& answers) {
   }
   if (!answers.main.empty()) {
     const Candidate* best = most_accurate(answers);
-    const std::string text =
-        best == nullptr ? "No sound contender was timed in real time" : candidate_text(answers, *best, answers.main);
-    list.push_back(answer("most-accurate-realtime", "Most accurate in real time", text,
-                          best == nullptr ? nullptr : &answers.at(*best), json::object(), 1));
+    CardText text{nullptr, "No sound contender was timed in real time"};
+    if (best != nullptr) text = {&answers.at(*best), candidate_figures(answers, *best)};
+    list.push_back(answer("most-accurate-realtime", "Most accurate in real time", text, json::object(), 1));
   }
   list.push_back(largest_sound(answers));
   return {{"answers", std::move(list)}, {"caveat", caveat(results, answers, first)}};

@@ -21,6 +21,7 @@
 #include "report/replays.h"
 #include "report/transfer.h"
 #include "report/views.h"
+#include "results/answer.h"
 #include "results/claims/claims.h"
 #include "results/store/store.h"
 #include "results/values.h"
@@ -31,7 +32,7 @@ namespace {
 using nlohmann::json;
 
 // Of this layout of the JSON; web/src/data.ts describes it.
-constexpr int kReportFormat = 3;
+constexpr int kReportFormat = 4;
 
 json number(std::optional<double> value) { return value && std::isfinite(*value) ? json(*value) : json(nullptr); }
 
@@ -244,7 +245,9 @@ std::string script_safe(const std::string& text) {
 
 json report_data(const Store& store, const ReportOptions& options) {
   json manifest = json::array();
-  for (const ManifestEntry& entry : store.manifest()) manifest.push_back({{"key", entry.key}, {"value", entry.value}});
+  for (const ManifestEntry& entry : store.manifest()) {
+    if (entry.key != kAnswerEntry) manifest.push_back({{"key", entry.key}, {"value", entry.value}});
+  }
 
   const Results results(store);
   for (const std::string& name : options.systems) {
@@ -258,8 +261,7 @@ json report_data(const Store& store, const ReportOptions& options) {
     json changes = json::array();
     for (const SettingChange& change : results.changes(row.name)) changes.push_back(change_text(change));
     json capabilities = object(row.capabilities_json);
-    // results of before have no such values at all
-    json not_given = values_not_given(capabilities.value("contact_forces", ""));
+    capabilities.erase("contact_forces_given");  // the page has it as "not_given"
     contenders.push_back({{"name", row.name},
                           {"varies", results.varied(row.name)},
                           {"changes", std::move(changes)},
@@ -268,7 +270,7 @@ json report_data(const Store& store, const ReportOptions& options) {
                           {"base", row.base},
                           {"settings", row.settings},
                           {"capabilities", std::move(capabilities)},
-                          {"not_given", std::move(not_given)},
+                          {"not_given", values_not_given(row.contact_forces)},
                           {"build", object(row.build_json)}});
   }
 
@@ -302,7 +304,9 @@ json report_data(const Store& store, const ReportOptions& options) {
                {"catalogue", catalogue_data(results)},
                {"units", units_data(results)},
                {"looks", looks_data(results)},
-               {"glossary", glossary_data()}};
+               {"glossary", glossary_data()},
+               {"answer", stored_answer(store.manifest(kAnswerEntry).value_or(""))},
+               {"phrases", phrases_json()}};
 
   std::map<std::string, json> views;
   Shown shown = what_fits(results, options, page_bytes(data), views);

@@ -11,6 +11,7 @@
 #include "base/text.h"
 #include "measures/measure.h"
 #include "report/cards.h"
+#include "results/answer.h"
 #include "results/line_up.h"
 #include "results/recommend.h"
 #include "results/values.h"
@@ -32,7 +33,20 @@ json row(const ValueInfo& info) {
           {"meaning", info.meaning}};
 }
 
-json point_data(const Point& point) {
+// What an error is up to a timestep; texts are those of the command.
+json worst_data(const SystemAnswers& answers, const Point& point) {
+  json worst = json::object();
+  for (const auto& [name, of] : point.worst) {
+    const std::string& unit = std::ranges::find(answers.values, name, &ValueInfo::name)->unit;
+    const std::string text = worst_text(of, unit), line = worst_line(of, unit, point.timestep_ms);
+    worst[name] = {{"value", of.value.value}, {"text", text}};
+    if (of.value.high != of.value.value) worst[name]["high"] = of.value.high;
+    if (line != text) worst[name]["line"] = line;
+  }
+  return worst;
+}
+
+json point_data(const SystemAnswers& answers, const Point& point) {
   json speed = nullptr;
   if (point.speed) {
     speed = {{"value", point.speed->factor.value},
@@ -41,35 +55,38 @@ json point_data(const Point& point) {
              {"timed", point.speed->timed},
              {"between", {point.speed->below_ms, point.speed->above_ms}}};
   }
-  return {{"contender", point.contender},
-          {"timestep_ms", point.timestep_ms},
-          {"speed", std::move(speed)},
-          {"sound", point.sound},
-          {"why", point.why}};
+  json data = {{"contender", point.contender},
+               {"timestep_ms", point.timestep_ms},
+               {"speed", std::move(speed)},
+               {"sound", point.sound},
+               {"why", point.why}};
+  if (point.sound && !point.worst.empty()) data["worst"] = worst_data(answers, point);
+  return data;
 }
 
-json candidate_data(const Candidate& candidate) {
-  json worst = json::object();
-  for (const auto& [name, of] : candidate.worst) {
-    worst[name] = {{"value", of.value.value}, {"at_ms", of.at_ms}};
-    if (of.is_bound) worst[name]["bound"] = true;
-    if (of.value.low == of.value.high || of.is_bound) continue;
-    worst[name]["low"] = of.value.low;
-    worst[name]["high"] = of.value.high;
-  }
-  return {{"point", candidate.point}, {"worst", std::move(worst)}, {"margin", candidate.margin}};
+json candidate_data(const SystemAnswers& answers, const Candidate& candidate) {
+  json data = {{"point", candidate.point},
+               {"realtime", realtime_text(candidate.speed.factor.value)},
+               {"speed", speed_text(candidate)},
+               {"margin", candidate.margin}};
+  if (const std::string note = caveat(candidate.speed); !note.empty()) data["note"] = note;
+  if (const auto& held = answers.at(candidate).held) data["held"] = held_text(*held);
+  return data;
 }
 
 json view_data(const Results& results, const std::string& system) {
   const SystemAnswers answers = answers_of(results, system);
-  json values = json::array(), points = json::array(), candidates = json::array(), excluded = json::array();
+  json values = json::array(), points = json::array(), candidates = json::array(), left_out = json::array();
   for (const ValueInfo& value : answers.values) values.push_back(value.name);
-  for (const Point& point : answers.points) points.push_back(point_data(point));
-  for (const Candidate& candidate : answers.candidates) candidates.push_back(candidate_data(candidate));
-  for (const Excluded& each : answers.excluded) {
-    const Point& point = answers.points[each.point];
-    excluded.push_back({{"contender", point.contender}, {"timestep_ms", point.timestep_ms}, {"why", each.why}});
+  for (const Point& point : answers.points) points.push_back(point_data(answers, point));
+  for (const Candidate& candidate : answers.candidates) candidates.push_back(candidate_data(answers, candidate));
+  for (const LeftOutPoints& group : excluded_groups(answers)) {
+    left_out.push_back(
+        {{"contender", group.contender}, {"steps", group.timesteps_ms}, {"when", group.when()}, {"why", group.why}});
   }
+  json besides = json::array();
+  for (const ValueInfo& value : errors_besides(answers)) besides.push_back(value.name);
+  const NotAccuracy other = not_accuracy(answers);
   json fronts = json::object();
   for (const auto& [name, members] : answers.fronts) {
     json front = json::array();
@@ -90,7 +107,9 @@ json view_data(const Results& results, const std::string& system) {
           {"fronts", std::move(fronts)},
           {"swept", std::move(swept)},
           {"candidates", std::move(candidates)},
-          {"excluded", std::move(excluded)},
+          {"left_out", std::move(left_out)},
+          {"columns", {{"most", kMostErrors}, {"besides", std::move(besides)}}},
+          {"accuracy", {{"limited", other.limited}, {"open", other.open}}},
           {"card", card_data(results, answers)}};
 }
 

@@ -1,4 +1,4 @@
-// What the page is told of each system, so that it decides nothing by itself; format 2 of the report's JSON.
+// What the page is told of each system, so that it decides nothing by itself; format 4 of the report's JSON.
 #pragma once
 
 #include <string>
@@ -30,13 +30,16 @@ nlohmann::json glossary_data();
 // Of each system that has cells, but for those that are a size of a family alone:
 //   {"system", "main": value or null, "values": [name], "errors": [name],
 //    "points": [{"contender", "timestep_ms", "speed": {"value", "low", "high", "timed", "between": [ms, ms]} or null,
-//                "sound", "why"}],
+//                "sound", "why", "worst": {error: {"value", "high", "text", "line"}}}],
 //    "fronts": {error: [{"point", "equals": [name]}]},
 //    "swept": {error: {contender: [point]}},
-//    "candidates": [{"point", "worst": {error: {"value", "at_ms", "low", "high"}}, "margin"}],
-//    "excluded": [{"contender", "timestep_ms", "why"}],
+//    "candidates": [{"point", "realtime", "speed", "note", "held", "margin"}],
+//    "left_out": [{"contender", "steps": [ms], "when", "why"}],
+//    "columns": {"most", "besides": [error]}, "accuracy": {"limited", "open"},
 //    "card": see cards.h}
-// The meaning of each: results/recommend.h.
+// The meaning of each: results/recommend.h; texts and what the page fills them into: results/answer.h. Only sound
+// points have "worst". "high" is left out where it is the value, "line" where it is the text, "note" and "held" where
+// there is none.
 nlohmann::json views_data(const Results& results);
 nlohmann::json view_of(const Results& results, const std::string& system);  // of one of viewed_systems()
 std::vector<std::string> viewed_systems(const Results& results);

@@ -137,28 +137,8 @@ const std::string& Results::varied(const std::string& contender) const {
 }
 
 std::vector<SettingChange> Results::changes(const std::string& contender) const {
-  std::vector<SettingChange> changes;
   const auto row = std::ranges::find(rows_, contender, &ContenderRow::name);
-  if (row == rows_.end()) return changes;
-  const auto described = nlohmann::json::parse(row->capabilities_json, nullptr, false);
-  if (described.is_object() && described.contains("changes") && described["changes"].is_array()) {
-    for (const nlohmann::json& each : described["changes"]) {
-      if (!each.is_object()) continue;
-      changes.push_back({text_fact(each, "setting"), text_fact(each, "value"), text_fact(each, "default"),
-                         text_fact(each, "unit"), text_fact(each, "meaning")});
-    }
-    return changes;
-  }
-  // Results of before tell "key=value key=value".
-  for (size_t at = 0; at < row->settings.size();) {
-    const size_t end = std::min(row->settings.find(' ', at), row->settings.size());
-    const std::string word = row->settings.substr(at, end - at);
-    if (const size_t equals = word.find('='); equals != std::string::npos) {
-      changes.push_back({word.substr(0, equals), word.substr(equals + 1)});
-    }
-    at = end + 1;
-  }
-  return changes;
+  return row == rows_.end() ? std::vector<SettingChange>() : row->changes;
 }
 
 const Look& Results::look(const std::string& contender) const {
@@ -228,8 +208,8 @@ std::map<double, const Cell*> Results::cells(const std::string& system, const st
   return found;
 }
 
-std::string Results::why_missing(const std::string& system, const std::string& contender,
-                                 const std::string& value) const {
+std::string Results::why_missing(const std::string& system, const std::string& contender, const std::string& value,
+                                 std::optional<double> timestep_ms) const {
   if (std::ranges::find(systems_, system) == systems_.end()) {
     return fmt::format("the results have no system '{}'", system);
   }
@@ -237,7 +217,8 @@ std::string Results::why_missing(const std::string& system, const std::string& c
     return fmt::format("the results have no contender '{}'", contender);
   }
   if (absent_.contains(contender)) return fmt::format("the engine of '{}' is absent", contender);
-  return fmt::format("'{}' of {} on {} was not measured", value, contender, system);
+  return fmt::format("'{}' of {} on {} was not measured{}", value, contender, system,
+                     timestep_ms ? fmt::format(" at {} ms", timestep_label(*timestep_ms)) : "");
 }
 
 std::vector<Figure> Results::figures(const std::string& system, const std::string& contender, const std::string& value,
@@ -268,10 +249,7 @@ Figure Results::figure(const std::string& system, const std::string& contender, 
     if (!timestep_ms || same_timestep(figure.timestep_ms, *timestep_ms)) return figure;
   }
   Figure missing;
-  missing.why = why_missing(system, contender, value);
-  if (timestep_ms && missing.why.ends_with("measured")) {
-    missing.why += fmt::format(" at {} ms", timestep_label(*timestep_ms));
-  }
+  missing.why = why_missing(system, contender, value, timestep_ms);
   return missing;
 }
 

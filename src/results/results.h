@@ -43,12 +43,6 @@ struct Figure {
   std::int64_t cell = 0;  // the store's id of where it is from; 0: from no single cell
 };
 
-// A setting of a contender that differs from its adapter's default.
-struct SettingChange {
-  std::string setting, value;  // as in `--set`
-  std::string otherwise = {};  // the default; "" in results that do not tell it
-  std::string unit = {}, meaning = {};
-};
 // "iterations 10 instead of 50 (sweeps over all constraints a step)".
 std::string change_text(const SettingChange& change);
 
@@ -113,8 +107,9 @@ class Results {
   // The same of a measure's cells, whatever their values are.
   std::vector<Figure> outcomes(const std::string& system, const std::string& contender,
                                const std::string& measure) const;
-  // Why there is no value.
-  std::string why_missing(const std::string& system, const std::string& contender, const std::string& value) const;
+  // Why there is no value, at a timestep if one is given.
+  std::string why_missing(const std::string& system, const std::string& contender, const std::string& value,
+                          std::optional<double> timestep_ms = {}) const;
 
   // Whether any contender's speed on it was measured.
   bool timed(const std::string& system) const { return timed_.contains(system); }

@@ -23,8 +23,7 @@ std::string_view time_of(std::string_view measure);
 // The catalogue's row of a value; null when it has none.
 const ValueInfo* find_value_info(std::string_view name);
 
-// The values that a contender cannot have for what its engine gives of contact forces, in the words of its capabilities
-// (engines/describe.h).
+// The values that a contender cannot have for what its engine gives of contact forces (ContenderRow::contact_forces).
 std::vector<std::string> values_not_given(std::string_view contact_forces);
 
 // Whether the catalogue says that the value can be limited.

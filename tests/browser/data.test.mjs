@@ -107,8 +107,9 @@ function kinds(json) {
   return Object.fromEntries(Object.entries(json).map(([key, value]) => [key, kinds(value)]));
 }
 
-// Members that none of the reports has: the page adds it, a unit that the catalogue does not have, figures near a floor.
-const kOwn = ["ReplayScene.meshes", "StoredValue.unit", "StoredValue.bound", "Worst.bound"];
+// Members that none of the reports has: the page adds it, a unit that the catalogue does not have, figures near a floor,
+// a grasp, runs of which little was timed.
+const kOwn = ["ReplayScene.meshes", "StoredValue.unit", "StoredValue.bound", "Candidate.held", "Candidate.note"];
 const kTypes = { report: "ReportJson", cells: "StoredCell[]", replays: "Replay[]" };
 
 // The compiler's complaints about the JSON as values of the page's types, and the members of these types that no JSON has.

@@ -1,5 +1,5 @@
 // Makes a results directory whose figures are known, for the tests of the page, and its report:
-//   browser_fixture full|programme|settings|empty|started|failed DIR
+//   browser_fixture full|programme|settings|answers|empty|started|failed DIR
 // The figures have the shape of real ones (orders of convergence, floors, a contender that fails), so that the page's
 // layout meets what it is made for. They are no measurements and never leave the tests.
 #include <cmath>
@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "answers/cases.h"
 #include "cells.h"
 #include "programme.h"
 #include "report/figures.h"
@@ -234,11 +235,13 @@ void describe(Store& store) {
 int make(const std::string& kind, const std::string& dir) {
   {
     Store store = Store::create(dir, {"fixture", kind});
-    if (kind != "empty" && kind != "programme" && kind != "settings") describe(store);
+    if (kind != "empty" && kind != "programme" && kind != "settings" && kind != "answers") describe(store);
     if (kind == "programme") {
       put_programme(store);
     } else if (kind == "settings") {
       assay::put_settings(store);
+    } else if (kind == "answers") {
+      assay::put_answer_cases(store, assay::answer_cases());
     } else if (kind == "full") {
       chain(store);
       pile(store);

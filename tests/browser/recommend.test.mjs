@@ -44,7 +44,7 @@ function questions(view) {
   for (let i = 0; i < kQuestions; i += 1) {
     const limits = new Map();
     const limit = (name, share) => {
-      const all = view.candidates.map(({ worst }) => worst[name]?.value).filter((value) => value > 0).sort((a, b) => a - b);
+      const all = view.candidates.map(({ point }) => view.points[point].worst?.[name]?.value).filter((value) => value > 0).sort((a, b) => a - b);
       const value = all[Math.floor(share * all.length)];
       if (value !== undefined) limits.set(name, Number(value.toPrecision(2)));
     };
@@ -91,13 +91,16 @@ async function compare(dir, least) {
           else location.hash = address;
         });
         const best = document.querySelector(".pick-best")?.dataset;
+        const fact = (label) => [...document.querySelectorAll(`.pick-facts [data-label="${label}"]`)].map((node) => node.lastChild.textContent.trim());
         return {
           system: document.querySelector("#pick-system").value,
           best: best ? `${best.contenderOf} at ${best.timestep}` : null,
-          alike: [...(document.querySelector(".pick-alike")?.textContent ?? "").replace(/^[^:]*: /, "").matchAll(/([\w-][^,]*) at /g)].map((match) => match[1]),
-          margin: document.querySelector(".pick-margin")?.textContent ?? null,
-          settings: document.querySelector(".pick-settings")?.textContent.replace(/^Settings: /, "") ?? null,
-          passing: [...document.querySelectorAll('.pick-answer table[aria-label="Contenders within the limits"] tbody tr')].map((row) => row.cells[0].textContent),
+          alike: [...(fact("not told apart by speed")[0] ?? "").matchAll(/([\w-][^,]*) at /g)].map((match) => match[1]),
+          margin: fact("margin")[0] ?? null,
+          settings: fact("setting").join("; "),
+          warned: [...document.querySelectorAll(".pick-facts li")].some((node) => node.textContent.startsWith("its 95 % interval reaches beyond the limit")),
+          none: document.querySelector(".pick-none")?.textContent ?? null,
+          passing: [...document.querySelectorAll(".pick-answer details:not(.pick-excluded) tbody tr")].map((row) => row.cells[0].textContent),
         };
       }, hash),
     ]);
@@ -113,6 +116,9 @@ async function compare(dir, least) {
     assert.equal(/ at ([\d.]+) times this step [^;]*, above the limit; /.exec(shown.margin)?.[1], beyond ? String(factor) : undefined, `${hash}: ${shown.margin}`);
     exceeding += beyond ? 1 : 0;
     if (expected.recommended !== null) sweeps += expected.recommended.varies === expected.recommended.contender ? 0 : 1;
+    const certain = expected.certain && place(expected.certain);
+    assert.equal(shown.warned, shown.best !== null && certain !== shown.best, hash);
+    if (expected.nearest) assert.ok(shown.none.includes(`the nearest is ${expected.nearest.contender} at `), `${hash}: ${shown.none}`);
     assert.deepEqual(shown.alike, expected.not_told_apart.map(({ contender }) => contender), hash);
     assert.deepEqual(shown.passing, expected.contenders.map(({ contender }) => contender), hash);
     if (expected.recommended !== null) answered += 1;

@@ -9,14 +9,13 @@ import { ask, firstQuestion } from "./picker";
 import { roving } from "./roving";
 import { state } from "./state";
 
-// The contender and its timestep are the answer; what the text says besides are its figures.
 function answer(view: SystemView, palette: Palette, one: Answer): HTMLElement {
   const { contender, timestep_ms: step } = one;
   const question = el("dt", {}, one.question);
-  if (contender === null || step === null) return el("div", { class: "answer", "data-answer": one.id }, question, el("dd", { class: "none" }, one.text));
+  if (contender === null || step === null) return el("div", { class: "answer", "data-answer": one.id }, question, el("dd", { class: "none" }, one.figures));
   const name = `${contender} at ${timestep(step)} ms`;
   // A number and its unit stay together.
-  const figures = (one.text.startsWith(name) ? one.text.slice(name.length).replace(/^[:,;] /, "") : one.text).replace(/(\d) (?=[µnpm]?m\b|m?rad\b)/g, "$1\u00a0");
+  const figures = one.figures.replace(/(\d) (?=[µnpm]?m\b|m?rad\b)/g, "$1\u00a0");
   const button = el("button", { type: "button", class: "answer-link", "data-contender-of": contender, "data-timestep": step }, swatch(palette, contender), el("b", {}, name));
   button.addEventListener("click", () => {
     state.setShown([contender], true);

@@ -304,10 +304,17 @@ export interface GateResult {
   note: string;
 }
 
-// A part of what `assay run ROBOT` answered; columns in `right` hold numbers.
+// A sentence, with what it is about in front; "" for nothing.
+export interface AnswerLine {
+  label: string;
+  text: string;
+}
+
+// A part of an answer (src/results/answer.h); columns in `right` hold numbers.
 export interface AnswerPart {
   heading: string;
-  lines: string[];
+  evidence: boolean; // what the answer rests on; else it is part of the answer itself
+  lines: AnswerLine[];
   columns: string[];
   rows: string[][];
   right: number[];
@@ -332,6 +339,8 @@ export interface ReportJson {
   units?: Record<string, Unit[]>;
   looks?: Record<string, LookJson>;
   glossary?: { term: string; meaning: string }[];
+  answer?: AnswerPart[]; // of `assay run ROBOT`
+  phrases?: Record<string, string>; // an answer's sentences, with places in braces for what depends on its limits
   views?: ViewJson[];
 }
 
@@ -377,27 +386,39 @@ export interface ViewPoint {
   speed: Speed | null; // null: outside what was timed
   sound: boolean;
   why: string; // what failed at this or a smaller timestep
+  worst?: Record<string, Worst>; // of a sound point, by value: the largest at this or any smaller timestep
 }
 
 export interface Worst {
   value: number;
-  at_ms: number;
-  low?: number; // the interval, where there is one
-  high?: number;
-  bound?: boolean; // the value is an upper bound
+  high?: number; // upper end of its interval, if it is another number
+  text: string; // "4.34 mm"
+  line?: string; // with its interval and where it is from, if that is more
 }
 
-// A sound point with a speed; `point` is its place among the view's points.
+// A sound point with a speed; `point` is its place among the view's points. Texts are the program's.
 export interface Candidate {
   point: number;
-  worst: Record<string, Worst>; // by value: the largest at this or any smaller timestep
+  realtime: string;
+  speed: string;
+  note?: string; // what to know about the speed
+  held?: string; // from how many initial states an object was held
   margin: string;
+}
+
+// Timesteps of a contender that are no candidates for one reason.
+export interface LeftOut {
+  contender: string;
+  steps: number[];
+  when: string;
+  why: string;
 }
 
 export interface Answer {
   id: string;
   question: string;
   text: string;
+  figures: string; // of the contender; the whole text where no contender answers
   contender: string | null;
   timestep_ms: number | null;
   limits?: Record<string, number>;
@@ -414,7 +435,9 @@ export interface ViewJson {
   fronts: Record<string, { point: number; equals: string[] }[]>;
   swept?: Record<string, Record<string, number[]>>; // by value, then contender whose settings were varied: its front's points, the fastest first
   candidates: Candidate[];
-  excluded: { contender: string; timestep_ms: number; why: string }[];
+  left_out: LeftOut[]; // whatever the limits
+  columns: { most: number; besides: string[] }; // how many limited values a table shows, and which others besides
+  accuracy: { limited: string; open: string }; // a limit of the first value leaves the second one open
   card: { answers: Answer[]; caveat: string };
 }
 
@@ -424,7 +447,7 @@ export interface Entry {
   cell: Cell;
 }
 
-const kNoView: Omit<ViewJson, "system"> = { main: null, values: [], errors: [], points: [], fronts: {}, candidates: [], excluded: [], card: { answers: [], caveat: "" } }; // prettier-ignore
+const kNoView: Omit<ViewJson, "system"> = { main: null, values: [], errors: [], points: [], fronts: {}, candidates: [], left_out: [], columns: { most: 0, besides: [] }, accuracy: { limited: "", open: "" }, card: { answers: [], caveat: "" } }; // prettier-ignore
 
 const catalogue = new Map<string, ValueInfo>();
 

@@ -10,7 +10,7 @@ import { sectionBar } from "./nav";
 import { Palette } from "./palette";
 import { canPick, picker } from "./picker";
 import { Pieces } from "./pieces";
-import { answerParts, recommendation } from "./recommendation";
+import { recommendation } from "./recommendation";
 import { batchPanels } from "./plots/batches";
 import { scalingPanel } from "./plots/scaling";
 import { state } from "./state";
@@ -81,7 +81,7 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
   const claims = report.json.claims ?? [];
   const pieces = new Pieces();
   const links: [string, string][] = [];
-  const answered = answerParts(report);
+  const answered = report.json.answer ?? [];
   const title = (answered.length > 0 && report.manifest("campaign_title")) || "Physics engines, side by side";
   masthead.append(
     el("div", { class: "title" }, el("p", { class: "wordmark" }, "assay"), el("h1", {}, title)),

@@ -14,6 +14,7 @@
 #include "base/text.h"
 #include "results/store/cell_hash.h"
 #include "results/store/database.h"
+#include "results/store/facts.h"
 #include "results/store/store.h"
 
 namespace assay {
@@ -61,6 +62,36 @@ std::vector<SystemRow> Store::systems() const {
   return rows;
 }
 
+namespace {
+
+// Results of earlier versions have settings only as "key=value key=value", and what an engine gives of contact forces
+// only in words: both are read here and nowhere else.
+void read_texts(ContenderRow& row) {
+  const nlohmann::json described = facts_of(row.capabilities_json);
+  const std::string in_words = text_fact(described, "contact_forces");
+  row.contact_forces = text_fact(described, "contact_forces_given");
+  if (row.contact_forces.empty() && in_words.starts_with("not given")) row.contact_forces = "none";
+  if (row.contact_forces.empty() && in_words.starts_with("along the normal")) row.contact_forces = "normal";
+  if (described.contains("changes") && described["changes"].is_array()) {
+    for (const nlohmann::json& each : described["changes"]) {
+      if (!each.is_object()) continue;
+      row.changes.push_back({text_fact(each, "setting"), text_fact(each, "value"), text_fact(each, "default"),
+                             text_fact(each, "unit"), text_fact(each, "meaning")});
+    }
+    return;
+  }
+  for (size_t at = 0; at < row.settings.size();) {
+    const size_t end = std::min(row.settings.find(' ', at), row.settings.size());
+    const std::string word = row.settings.substr(at, end - at);
+    if (const size_t equals = word.find('='); equals != std::string::npos) {
+      row.changes.push_back({word.substr(0, equals), word.substr(equals + 1)});
+    }
+    at = end + 1;
+  }
+}
+
+}  // namespace
+
 std::vector<ContenderRow> Store::contenders() const {
   const Snapshot snapshot(db_.get());
   verify("contenders");
@@ -71,6 +102,7 @@ std::vector<ContenderRow> Store::contenders() const {
   while (query.step()) {
     rows.push_back(
         {query.text(0), query.text(1), query.text(2), query.text(3), query.text(4), query.text(5), query.text(6)});
+    read_texts(rows.back());
   }
   return rows;
 }

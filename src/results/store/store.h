@@ -83,6 +83,12 @@ struct SystemRow {
       json;  // {"model_hash", "dof", "bodies", "hinges", "shapes", "contact_pairs", "mass_kg", "duration_s", ...}
 };
 
+// A setting of a contender that differs from its adapter's default.
+struct SettingChange {
+  std::string setting, value;  // as in `--set`
+  std::string otherwise = {};  // the default; "" in results that do not tell it
+  std::string unit = {}, meaning = {};
+};
 struct ContenderRow {
   std::string name;
   std::string engine;    // the plugin's name; "" with `version` empty when the engine is absent
@@ -91,6 +97,9 @@ struct ContenderRow {
   std::string settings;  // what differs from the adapter's defaults: "key=value key=value"
   std::string capabilities_json;
   std::string build_json;  // {"version", "source", "compiler", "flags", "plugin"}
+  // Read from the texts above by Store::contenders(), and not written.
+  std::vector<SettingChange> changes = {};  // its settings, in the order of their declaration
+  std::string contact_forces = {};          // that its engine gives: "none", "normal", "all"; "" where that is unknown
 };
 
 struct ConformanceRow {

@@ -99,6 +99,9 @@ std::string summary_text(const RunSummary& summary, const std::string& out) {
   outcomes.reserve(summary.outcomes.size());
   for (const auto& [outcome, count] : summary.outcomes) outcomes.push_back(fmt::format("{} {}", count, outcome));
   const auto line = [&](const std::string& words) { text += paragraph(words, 2); };
+  const auto print_not_scored = [&] {
+    for (const Missing& each : summary.failed_gate) line(fmt::format("not scored: {} ({})", each.name, each.why));
+  };
   if (summary.makes_runs) {
     const int left = summary.runs - summary.runs_made - summary.runs_failed;
     line(fmt::format("runs that other parts read: {} of {}, in {}{}{}", summary.runs_made, summary.runs,
@@ -107,13 +110,13 @@ std::string summary_text(const RunSummary& summary, const std::string& out) {
                          ? fmt::format("; {} failed, as the parts that read them will find again", summary.runs_failed)
                          : "",
                      left > 0 ? fmt::format("; {} were ended from outside", left) : ""));
-    for (const std::string& contender : summary.failed_gate) line("not scored: " + contender);
+    print_not_scored();
     return text;
   }
   line(fmt::format("{} in {}: {} ({} now, {} before)", counted(static_cast<size_t>(summary.cells), "cell"),
                    duration_label(summary.wall_s), outcomes.empty() ? "none" : join(outcomes, ", "), summary.done_now,
                    summary.done_before));
-  for (const std::string& contender : summary.failed_gate) line("not scored: " + contender);
+  print_not_scored();
   for (const std::string& contender : summary.left_out) line("left out: " + contender);
   const auto print_pairs = [&](const std::vector<TimePair>& pairs, const char* what) {
     for (const TimePair& pair : pairs) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <sstream>
 #include <thread>
 
 #include <fmt/format.h>
@@ -127,11 +126,7 @@ CampaignSystem system_of(const Store& store, const std::string& name, const json
 CampaignContender contender_of(const std::vector<ContenderRow>& rows, const std::string& name) {
   const ContenderRow& row = row_named(rows, name, &ContenderRow::name, "contender");
   CampaignContender contender;
-  std::istringstream words(row.settings);
-  for (std::string word; words >> word;) {
-    const size_t at = word.find('=');
-    if (at != std::string::npos) contender.overrides[word.substr(0, at)] = word.substr(at + 1);
-  }
+  for (const SettingChange& change : row.changes) contender.overrides[change.setting] = change.value;
   contender.resolved = Registry::instance().resolve(row.base, contender.overrides);
   contender.resolved.name = name;
   if (const std::string now = settings_text(*contender.resolved.engine, contender.resolved.settings);

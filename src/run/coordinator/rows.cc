@@ -40,7 +40,9 @@ ContenderRow contender_row(const CampaignContender& contender) {
     return {resolved.name, "", "", resolved.base, "", "{}", dump_json(json{{"absent", contender.absent}})};
   }
   const BuildFacts build = resolved.engine->build();
-  json capabilities = describe(resolved.engine->capabilities(resolved.settings));
+  const Capabilities can = resolved.engine->capabilities(resolved.settings);
+  json capabilities = describe(can);
+  capabilities["contact_forces_given"] = contact_forces_given(can.contact_forces);
   capabilities["changes"] = describe_changes(resolved.engine->settings(), resolved.settings);
   if (!contender.varies.empty()) capabilities["varies"] = contender.varies;
   const std::string engine = resolved.engine->name();

@@ -86,6 +86,11 @@ struct TwinSummary {
 };
 TwinSummary summarised(const std::vector<TimePair>& twins);
 
+// A contender or a system that is left out.
+struct Missing {
+  std::string name, why;
+};
+
 struct RunSummary {
   int cells = 0;        // of this shard
   int done_before = 0;  // already there
@@ -93,7 +98,7 @@ struct RunSummary {
   bool makes_runs = false;                       // for other parts (ShardCells::kRuns), and measures nothing
   int runs = 0, runs_made = 0, runs_failed = 0;  // of these
   std::map<std::string, int> outcomes;           // of all the shard's stored cells
-  std::vector<std::string> failed_gate;          // "ode-quick (free-fall, tumbling)"
+  std::vector<Missing> failed_gate;              // contenders that failed the conformance suite
   std::vector<std::string> left_out;             // contenders of absent engines, a sentence each
   std::vector<std::string> warnings;             // a sentence each: floors, noisy timings, ...
   std::vector<TimePair> aa;                      // pairs of equal contenders under two names
@@ -101,8 +106,8 @@ struct RunSummary {
   double wall_s = 0, cpu_s = 0;
   double engine_share_accuracy = 0;  // time inside engine steps / wall time of the cells, over this run's cells
   double engine_share_timing = 0;
-  double engine_share_cpu = 0;  // time inside engine steps / processor time of all workers, of what was done now
-  std::vector<std::string> without_truth;  // systems whose reference solution failed: "swing: why"
+  double engine_share_cpu = 0;         // time inside engine steps / processor time of all workers, of what was done now
+  std::vector<Missing> without_truth;  // systems without a reference solution, because that failed
   int unmeasured =
       0;             // cells whose workers somebody else ended or the machine could not hold: the same call tries them
   std::string lack;  // what the machine lacked for them, where that is known

@@ -360,7 +360,7 @@ void Runner::accuracy() {
       } else if (!is_run && options_.truth_optional) {
         for (const Waiting& one : waiting) {
           if (!one.needs.contains(address)) continue;
-          without_truth_.push_back(fmt::format("{}: {}", system(*one.cells.front()).name, failure.reason));
+          without_truth_.push_back({system(*one.cells.front()).name, failure.reason});
           break;
         }
         leave_truth_out(waiting, address);

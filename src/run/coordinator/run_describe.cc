@@ -195,9 +195,7 @@ void Runner::finish(RunSummary& summary, double wall_s, double cpu_s) {
   summary.signal = interrupts_.signal();
   summary.interrupted = summary.signal != 0;
   summary.without_truth = without_truth_;
-  for (const auto& [name, failure] : failed_gate_) {
-    summary.failed_gate.push_back(fmt::format("{} ({})", name, failure.reason));
-  }
+  for (const auto& [name, failure] : failed_gate_) summary.failed_gate.push_back({name, failure.reason});
   for (const CampaignContender& each : campaign_.contenders) {
     if (!each.absent.empty() && !each.twin) summary.left_out.push_back(each.absent);
   }

@@ -136,7 +136,7 @@ class Runner {
   std::set<std::string> suite_again_;         // contenders whose conformance suite is tried again
   std::map<std::string, bool> run_is_there_;  // by address, as it was found first
   std::vector<std::string> damaged_runs_;     // a text each
-  std::vector<std::string> without_truth_;    // as in RunSummary
+  std::vector<Missing> without_truth_;        // as in RunSummary
   std::map<std::pair<int, int>, double> step_us_;
   StartTimes starts_;
   std::map<std::string, std::vector<ConformanceRow>> suite_rows_;  // by contender's content

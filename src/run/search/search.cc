@@ -161,9 +161,9 @@ class Search {
       summary_.interrupted = true;
       summary_.signal = done.signal;
     }
-    for (const std::string& why : done.without_truth) {
-      known_.leave_truth_out(why.substr(0, why.find(':')));
-      summary_.without_truth.push_back(why);
+    for (const Missing& each : done.without_truth) {
+      known_.leave_truth_out(each.name);
+      summary_.without_truth.push_back(each);
     }
     const Store store = Store::open(options_.run.out);
     known_.update(store);

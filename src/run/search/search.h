@@ -25,14 +25,13 @@ struct SearchOptions {
 };
 
 struct SearchSummary {
-  double wall_s = 0, cpu_s = 0;          // of this call
-  size_t contenders = 0;                 // that take part
-  size_t cells = 0, measured = 0;        // of the whole campaign; stored
-  std::vector<std::string> undecided;    // contenders that could still win when the budget ended
-  std::vector<std::string> failed_gate;  // as in RunSummary
-  std::vector<std::string> without_truth;
-  bool ended_early = false;  // nothing was left that could win
-  bool interrupted = false;  // by the user
+  double wall_s = 0, cpu_s = 0;                     // of this call
+  size_t contenders = 0;                            // that take part
+  size_t cells = 0, measured = 0;                   // of the whole campaign; stored
+  std::vector<std::string> undecided;               // contenders that could still win when the budget ended
+  std::vector<Missing> failed_gate, without_truth;  // as in RunSummary
+  bool ended_early = false;                         // nothing was left that could win
+  bool interrupted = false;                         // by the user
   int signal = 0;
 };
 

@@ -76,7 +76,7 @@ class ReportTest : public testing::Test {
 TEST_F(ReportTest, HoldsWhatTheStoreHolds) {
   const Store store = make();
   const json data = report_data(store);
-  EXPECT_EQ(data["format"], 3);
+  EXPECT_EQ(data["format"], 4);
   EXPECT_THAT(data["manifest"].dump(), HasSubstr(R"({"key":"cpu","value":"Example"})"));
   ASSERT_EQ(data["systems"].size(), 1);
   EXPECT_EQ(data["systems"][0]["name"], "chain");

@@ -10,7 +10,6 @@
 #include <nlohmann/json.hpp>
 
 #include "engines/about.h"
-#include "engines/about.h"
 #include "engines/describe.h"
 #include "report/cards.h"
 #include "report/views.h"
@@ -39,12 +38,7 @@ T there(const std::optional<T>& found) {
 // ---- values -----------------------------------------------------------------------------------------------------------------
 
 TEST(Values, WhatAnEngineDoesNotGiveOfContactForces) {
-  const auto missing = [](ContactForces given) {
-    Capabilities capabilities;
-    capabilities.contact_forces = given;
-    capabilities.contact_forces_note = "why";
-    return values_not_given(describe(capabilities).at("contact_forces").get<std::string>());
-  };
+  const auto missing = [](ContactForces given) { return values_not_given(contact_forces_given(given)); };
   EXPECT_THAT(missing(ContactForces::kNone),
               ElementsAre("contact_depth", "signorini_residual", "cone_violation", "dissipation_residual"));
   EXPECT_THAT(missing(ContactForces::kNormal), ElementsAre("cone_violation", "dissipation_residual"));
@@ -402,14 +396,17 @@ TEST_F(RecommendTest, TheReportSaysTheSame) {
   const nlohmann::json& first = view["candidates"][0];
   const nlohmann::json& point = view["points"][first["point"].get<size_t>()];
   EXPECT_TRUE(point["sound"].get<bool>());
-  EXPECT_EQ(first["worst"]["truth_error"]["value"], 2e-3) << "equally fast, and more accurate";
+  EXPECT_EQ(point["worst"]["truth_error"]["value"], 2e-3) << "equally fast, and more accurate";
+  EXPECT_EQ(point["worst"]["truth_error"]["line"], "2.00 mm (1.00 mm to 4.00 mm)");
   EXPECT_EQ(view["fronts"]["truth_error"][0]["point"], first["point"]);
-  ASSERT_THAT(view["excluded"], SizeIs(1));
-  EXPECT_EQ(view["excluded"][0]["why"], "violation: diverged, far away");
+  ASSERT_THAT(view["left_out"], SizeIs(1));
+  EXPECT_EQ(view["left_out"][0]["when"], "from 4 ms");
+  EXPECT_EQ(view["left_out"][0]["why"], "violation: diverged, far away");
   const nlohmann::json& answer = view["card"]["answers"][0];
   EXPECT_EQ(answer["id"], "fastest-1mm");
   EXPECT_EQ(answer["contender"], "fast");
   EXPECT_EQ(answer["timestep_ms"], 1);
+  EXPECT_EQ(answer["figures"], "20.0× real time, error at the end 1.00 mm (smallest timestep tried)");
   EXPECT_EQ(answer["text"], "fast at 1 ms: 20.0× real time, error at the end 1.00 mm (smallest timestep tried)");
   EXPECT_THAT(catalogue_data(results).dump(), HasSubstr("truth_error"));
 }
@@ -478,6 +475,20 @@ TEST_F(SweptTest, SettingsOfAContenderLookAlikeAndCountOnce) {
   EXPECT_EQ(results.look("slow it=2").mark, results.look("slow").mark);
   const nlohmann::json view = views_data(results)[0];
   EXPECT_THAT(view["swept"]["truth_error"]["slow"], SizeIs(4));
+}
+
+TEST_F(RecommendTest, ResultsOfBeforeTellContactForcesInWords) {
+  const auto given = [&](const nlohmann::json& described) {
+    store_.set_contenders({{"old", "old", "1", "old", "", described.dump(), "{}"}});
+    return store_.contenders().front().contact_forces;
+  };
+  Capabilities can;
+  for (const ContactForces forces : {ContactForces::kNone, ContactForces::kNormal}) {
+    can.contact_forces = forces;
+    EXPECT_EQ(given({{"contact_forces", contact_forces_text(can)}}), contact_forces_given(forces));
+  }
+  EXPECT_EQ(given({{"contact_forces", "of no use"}, {"contact_forces_given", "all"}}), "all");
+  EXPECT_EQ(given(nlohmann::json::object()), "");
 }
 
 TEST_F(RecommendTest, ResultsOfBeforeTellTheirSettingsAsTheyStoredThem) {

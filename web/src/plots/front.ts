@@ -12,7 +12,6 @@ const kAtOnce = 8;
 export function frontList(view: SystemView, palette: Palette, name: string): HTMLElement {
   const info = valueInfo(name);
   const front = view.json.fronts[name] ?? [];
-  const worst = new Map(view.json.candidates.map((candidate) => [candidate.point, candidate.worst[name]]));
   const item = ({ point, equals }: { point: number; equals: string[] }) => {
     const of = view.json.points[point]!;
     const button = el("button", { type: "button", class: "answer-link" }, swatch(palette, of.contender), el("b", {}, `${of.contender} at ${timestep(of.timestep_ms)} ms`));
@@ -20,7 +19,7 @@ export function frontList(view: SystemView, palette: Palette, name: string): HTM
       state.setShown([of.contender], true);
       state.choose({ system: view.system, contender: of.contender, timestep: of.timestep_ms });
     });
-    const error = worst.get(point)?.value ?? view.entry(of.contender, of.timestep_ms, name)?.value?.value;
+    const error = of.worst?.[name]?.value ?? view.entry(of.contender, of.timestep_ms, name)?.value?.value;
     return el("li", {}, button, el("span", { class: "figures" }, `${realtime(of.speed?.value)} real time, ${info.short} ${quantity(error, info.unit)}${equals.length > 0 ? `; not told apart from ${sentenceList(equals)}` : ""}`));
   };
   const box = el("div", { class: "panel front-panel" }, el("h3", {}, "Unbeaten in speed and error"));
