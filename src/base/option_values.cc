@@ -7,6 +7,14 @@
 
 namespace assay {
 
+double parse_positive(const std::string& option, const std::string& text, const std::string& unit) {
+  const auto value = parse_fraction(text);
+  if (!value)
+    throw InputError(fmt::format("{} is '{}', which is not a number: give {}, as in 0.5 or 1/64", option, text, unit));
+  if (*value <= 0) throw InputError(fmt::format("{} is {}: give a positive number of {}", option, text, unit));
+  return *value;
+}
+
 int parse_count(const std::string& option, const std::string& text, int minimum, int maximum) {
   const auto value = parse_integer(text);
   if (!value || *value < minimum || *value > maximum) {

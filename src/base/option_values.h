@@ -9,6 +9,9 @@
 
 namespace assay {
 
+// A positive number with or without a fraction bar, in `unit`.
+double parse_positive(const std::string& option, const std::string& text, const std::string& unit);
+
 // A whole number from `minimum` to `maximum`.
 int parse_count(const std::string& option, const std::string& text, int minimum, int maximum);
 
