@@ -700,19 +700,19 @@ TEST_F(ClaimsTest, JsonHasTheLayout) {
   time("a", 2);
   time("b1", 5);
   time("c", 8);
-  const nlohmann::json json = claims_json(judge(file_of(kFastest), Results(store_)));
-  ASSERT_EQ(json.size(), 1);
-  EXPECT_EQ(json[0]["number"], 7);
-  EXPECT_EQ(json[0]["title"], "A first");
-  EXPECT_EQ(json[0]["statement"], "A comes first");
-  EXPECT_EQ(json[0]["paper"], "a table");
-  EXPECT_EQ(json[0]["verdict"], "holds");
-  EXPECT_EQ(json[0]["reason"], "");
-  for (const std::string key : {"summary", "today", "key"}) EXPECT_TRUE(json[0][key].is_string()) << key;
+  const nlohmann::json written = claims_json(judge(file_of(kFastest), Results(store_)));
+  ASSERT_EQ(written.size(), 1);
+  EXPECT_EQ(written[0]["number"], 7);
+  EXPECT_EQ(written[0]["title"], "A first");
+  EXPECT_EQ(written[0]["statement"], "A comes first");
+  EXPECT_EQ(written[0]["paper"], "a table");
+  EXPECT_EQ(written[0]["verdict"], "holds");
+  EXPECT_EQ(written[0]["reason"], "");
+  for (const std::string key : {"summary", "today", "key"}) EXPECT_TRUE(written[0][key].is_string()) << key;
   const nlohmann::json first = {{"label", "A"},     {"contender", "a"},       {"system", "s"},
                                 {"timestep_ms", 1}, {"measure", "step_time"}, {"value", 2.0},
                                 {"unit", "us"},     {"low", 0.98 * 2},        {"high", 1.02 * 2}};
-  EXPECT_EQ(json[0]["figures"][0], first);
+  EXPECT_EQ(written[0]["figures"][0], first);
   const std::string markdown = claims_markdown(judge(file_of(kFastest), Results(store_)));
   EXPECT_THAT(markdown, AllOf(HasSubstr("| 7 | A first | holds |"), HasSubstr("### 7. A first")));
 }

@@ -406,9 +406,9 @@ TEST_F(CompareTest, TablesHaveAllRowsAndNoNan) {
   const std::string csv = comparison_csv(found);
   EXPECT_EQ(std::ranges::count(csv, '\n'), 1 + std::ssize(found.rows));
   EXPECT_EQ(csv.find("nan"), std::string::npos);
-  const nlohmann::json json = comparison_json(found);
-  EXPECT_EQ(json["rows"].size(), found.rows.size());
-  EXPECT_EQ(json.dump().find("nan"), std::string::npos);
+  const nlohmann::json written = comparison_json(found);
+  EXPECT_EQ(written["rows"].size(), found.rows.size());
+  EXPECT_EQ(written.dump().find("nan"), std::string::npos);
   EXPECT_THAT(comparison_markdown(found), HasSubstr("| worse | chain | engine-a | 1 | step_time |"));
 }
 
