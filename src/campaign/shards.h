@@ -29,7 +29,8 @@ std::string shard_text(const Shard& shard);           // "2/8"
 std::string_view shard_cells_text(ShardCells cells);  // "all", ...
 
 // Microseconds of a step of each contender on each system, as far as known before anything is measured: the time on a
-// system of this name on another machine (step_costs.csv), else times per body there, which depend on whether there are contacts, else a usual time.
+// system of this name on another machine (step_costs.csv), else times per body there, which depend on whether there are
+// contacts, else a usual time.
 std::map<std::pair<int, int>, double> expected_step_us(const Campaign& campaign);
 
 // Cells that read a run of their own timestep and not the fine-step run. All measures of such a run stay together.

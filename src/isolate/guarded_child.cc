@@ -108,11 +108,13 @@ ChildEnd run_in_child(const std::function<int(const Send&)>& work, const Send& o
     // a signal that comes before the wait is seen after it
     constexpr int kWaitMs = 100;
     std::array<pollfd, 2> polled = {pollfd{lines.reading.get(), POLLIN, 0}, pollfd{told.reading.get(), POLLIN, 0}};
-    if (poll(polled.data(), polled.size(), kWaitMs) < 0 && errno != EINTR) throw SystemError("cannot wait for a process");
+    if (poll(polled.data(), polled.size(), kWaitMs) < 0 && errno != EINTR)
+      throw SystemError("cannot wait for a process");
     if (interrupted() && !std::exchange(passed_on, true)) kill(guard, SIGINT);
     if (polled[0].revents != 0) {
       if (!take_lines(lines.reading.get(), pending, on_line)) {
-        if (pending.size() > kMostLineBytes) stop(fmt::format("it sent a line of more than {} MiB", kMostLineBytes >> 20));
+        if (pending.size() > kMostLineBytes)
+          stop(fmt::format("it sent a line of more than {} MiB", kMostLineBytes >> 20));
         lines.reading.close();
       }
       if (limit_s > 0) limit = TimeLimit(limit_s, guard);

@@ -319,8 +319,8 @@ void add_best(const SystemAnswers& answers, const Question& question, const Reco
   }
   const NotAccuracy other = not_accuracy(answers);
   const auto open = best.worst.find(other.open);
-  const bool limited =
-      std::ranges::any_of(question.asked, [](const Asked& asked) { return reads(asked.value.measure, Reads::kSolution); });
+  const bool limited = std::ranges::any_of(
+      question.asked, [](const Asked& asked) { return reads(asked.value.measure, Reads::kSolution); });
   if (!question.asked.empty() && question.asked.front().value.name == other.limited && !limited &&
       open != best.worst.end()) {
     answer.remark(phrase("not_accuracy"), phrase("accuracy", {{"error", worst_text(open->second, "m")}}));

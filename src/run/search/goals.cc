@@ -16,8 +16,7 @@ constexpr std::array<const char*, 3> kUsualErrors = {"10mm", "1mm", "0.1mm"};
 
 bool is_measured(const Campaign& campaign, const ValueInfo& value) {
   return std::ranges::any_of(campaign.systems, [&](const CampaignSystem& system) {
-    return std::ranges::any_of(system.measures,
-                               [&](const Measure* measure) { return measure->name == value.measure; });
+    return std::ranges::any_of(system.measures, [&](const Measure* measure) { return measure->name == value.measure; });
   });
 }
 
