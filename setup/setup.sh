@@ -593,6 +593,7 @@ if [[ $((${#python_engines[@]} + ${#built_engines[@]})) -gt 0 ]]; then
   host=()
   [[ ${#python_engines[@]} -eq 0 ]] || host=(python-host)
   install_packages "${built_engines[@]}" "${host[@]}"
+  [[ ${#built_engines[@]} -eq 0 ]] || check_compiler
   [[ ${#python_engines[@]} -eq 0 ]] || set_up_python_engines
   pieces=() wanted=1
   for name in "${built_engines[@]}"; do pieces+=("set_up_engine ${name}"); done
