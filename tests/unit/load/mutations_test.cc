@@ -147,7 +147,7 @@ bool is_raw(const std::string& message) {
 }
 
 // A robot with what URDF files of people have.
-constexpr const char* kUrdf = R"(<?xml version="1.0"?>
+constexpr const char* kMutatedRobot = R"(<?xml version="1.0"?>
 <robot name="walker">
   <mujoco><compiler balanceinertia="false"/></mujoco>
   <material name="grey"><color rgba="0.5 0.5 0.5 1"/></material>
@@ -246,8 +246,8 @@ TEST(Mutations, OfFilesAreRefusedInOurWords) {
 }
 
 TEST(Mutations, OfUrdfFilesAreRefusedInOurWords) {
-  ASSERT_TRUE(inspect_model_text(kUrdf, "robot").model) << "the file is valid before";
-  try_mutations({kUrdf});
+  ASSERT_TRUE(inspect_model_text(kMutatedRobot, "robot").model) << "the file is valid before";
+  try_mutations({kMutatedRobot});
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ class Repair : public TempFolderTest {
   std::string text_;
 };
 
-constexpr const char* kArm = R"(<mujoco>
+constexpr const char* kArmInMjcf = R"(<mujoco>
   <!-- <joint range="1 -1"/> is wrong -->
   <default><default class="small"><joint range="30 -30"/></default></default>
   <worldbody>
@@ -69,7 +69,7 @@ constexpr const char* kArm = R"(<mujoco>
 )";
 
 TEST_F(Repair, MjcfChangesWhatIsWrongOnly) {
-  const std::string from = write("arm.xml", kArm);
+  const std::string from = write("arm.xml", kArmInMjcf);
   const LoadReport report = inspect_model(from);
   EXPECT_FALSE(report.model.has_value());
   std::vector<std::pair<std::string, int>> found;
@@ -97,7 +97,7 @@ TEST_F(Repair, MjcfChangesWhatIsWrongOnly) {
   EXPECT_NEAR(model.bodies.at(2).I_BBcm_B(0, 2), 0, 1e-12);
   // lines and everything else stay
   EXPECT_THAT(text_, HasSubstr("<!-- <joint range=\"1 -1\"/> is wrong -->"));
-  EXPECT_EQ(std::ranges::count(text_, '\n'), std::ranges::count(std::string(kArm), '\n'));
+  EXPECT_EQ(std::ranges::count(text_, '\n'), std::ranges::count(std::string(kArmInMjcf), '\n'));
 }
 
 TEST_F(Repair, IncludedFilesAreWrittenIntoTheText) {

@@ -50,7 +50,7 @@ Model loaded(const std::string& text, const LoadOptions& options = {}) {
   return load_model_text(text, "r.urdf", options);
 }
 
-std::string refusal(const std::string& text, const LoadOptions& options = {}) {
+std::string refusal_of(const std::string& text, const LoadOptions& options = {}) {
   const LoadReport report = inspect_model_text(text, "r.urdf", options);
   return report.model ? "" : problem_text(report.problems.front());
 }
@@ -117,7 +117,7 @@ TEST(Urdf, ShapesThatCannotCollide) {
     EXPECT_THAT(model.notes, Contains(HasSubstr("left out"))) << shape;
   }
   for (const char* shape : {"<sphere radius='-.1'/>", "<sphere/>", "<drake:ellipsoid a='1' b='1' c='1'/>"}) {
-    EXPECT_THAT(refusal(with(shape)), AllOf(HasSubstr("link 'arm' (line 3)"), HasSubstr("--drop-unsupported")))
+    EXPECT_THAT(refusal_of(with(shape)), AllOf(HasSubstr("link 'arm' (line 3)"), HasSubstr("--drop-unsupported")))
         << shape;
     EXPECT_THAT(loaded(with(shape), {.drop_unsupported = true}).shapes, SizeIs(1)) << shape;
   }
@@ -143,7 +143,7 @@ TEST(Urdf, PartsThatAreTooLightForMujocoFuse) {
 
 TEST(Urdf, MissingInertiaIsRepairedInMemory) {
   const std::string text = arm("", "", "", "<inertial><mass value='1'/></inertial>");
-  EXPECT_THAT(refusal(text), AllOf(HasSubstr("link 'arm' (line 3)"), HasSubstr("--repair")));
+  EXPECT_THAT(refusal_of(text), AllOf(HasSubstr("link 'arm' (line 3)"), HasSubstr("--repair")));
   const Model model = loaded(text, {.repair = true});
   // a ball of water
   EXPECT_NEAR(model.bodies.at(0).I_BBcm_B(0, 0), 0.4 * std::pow(3e-3 / (4 * EIGEN_PI), 2.0 / 3), 1e-12);
@@ -152,14 +152,14 @@ TEST(Urdf, MissingInertiaIsRepairedInMemory) {
       "<link name='tip'><inertial><mass value='0'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' "
       "iyz='0'/></inertial>"
       "</link><joint name='t' type='continuous'><parent link='arm'/><child link='tip'/></joint>";
-  EXPECT_THAT(refusal(arm("", "", weightless)), Not(HasSubstr("--repair")));
+  EXPECT_THAT(refusal_of(arm("", "", weightless)), Not(HasSubstr("--repair")));
 }
 
 TEST(Urdf, InvalidInertiaAndLimitsAreRepairedInMemory) {
   const std::string wrong =
       "<inertial><mass value='1'/><inertia ixx='-1' ixy='0' ixz='0' iyy='1' iyz='0' izz='5'/></inertial>";
   const std::string text = arm("", "<limit lower='1' upper='-1' effort='1'/>", "", wrong);
-  EXPECT_NE(refusal(text), "");
+  EXPECT_NE(refusal_of(text), "");
   const Model model = loaded(text, {.repair = true});
   EXPECT_DOUBLE_EQ(model.joints.at(0).lower, -1);
   EXPECT_THAT(model.notes, Contains(HasSubstr("repaired: limits of joint 'j'")));
@@ -189,7 +189,7 @@ TEST(Urdf, CompilerOfMujocoCounts) {
       "<link name='tip'>{}</link><joint name='f' type='fixed'><parent link='arm'/><child link='tip'/></joint>",
       kInertial);
   EXPECT_NEAR(body("inertiafromgeom='true'", kInertial, tip).mass, 1, 1e-12);
-  EXPECT_THAT(refusal(arm("", "", compiled_with("boundmass='x'"))),
+  EXPECT_THAT(refusal_of(arm("", "", compiled_with("boundmass='x'"))),
               HasSubstr("<compiler> of <mujoco> (line 5) has boundmass=\"x\""));
   for (const char* without : {"angle='degree'", "eulerseq='zyx'", "autolimits='false'", "coordinate='global'",
                               "discardvisual='false'", "fusestatic='false'"}) {
@@ -256,7 +256,7 @@ TEST(Urdf, InfiniteAndHugeLimitsAreNone) {
   EXPECT_TRUE(half.joints.at(0).limited);
   EXPECT_EQ(half.joints.at(0).upper, 1);
   EXPECT_EQ(half.joints.at(0).lower, -1e4);
-  EXPECT_THAT(refusal(arm("", "<limit lower='nan' upper='1'/>")),
+  EXPECT_THAT(refusal_of(arm("", "<limit lower='nan' upper='1'/>")),
               HasSubstr("<limit> of joint 'j' (line 4) has lower=\"nan\""));
 }
 
@@ -296,7 +296,7 @@ TEST(Urdf, ObjectsAreFree) {
   EXPECT_EQ(model.dof(), 6);
   EXPECT_THAT(model.notes, Contains(kFreeObject));
   EXPECT_EQ(loaded(mug, {.root_joint = RootJoint::kFloating}).hash, model.hash);
-  EXPECT_THAT(refusal(mug, {.root_joint = RootJoint::kFixed}), HasSubstr("nothing in it can move"));
+  EXPECT_THAT(refusal_of(mug, {.root_joint = RootJoint::kFixed}), HasSubstr("nothing in it can move"));
   const std::string two = fmt::format(
       "<robot name='mug'><link name='mug'>{0}</link><link name='handle'>{0}</link><joint name='f' type='fixed'><parent "
       "link='mug'/><child link='handle'/></joint></robot>",
@@ -309,7 +309,7 @@ TEST(Urdf, ObjectsAreFree) {
       "<robot name='shelf'><link name='world'/><link name='shelf'>{}</link><joint name='f' type='fixed'><parent "
       "link='world'/><child link='shelf'/></joint></robot>",
       kInertial);
-  EXPECT_THAT(refusal(shelf), HasSubstr("nothing in it can move"));
+  EXPECT_THAT(refusal_of(shelf), HasSubstr("nothing in it can move"));
 }
 
 // ---- files ----------------------------------------------------------------------------------------------------------
@@ -328,7 +328,7 @@ TEST(Urdf, TheParentWorldNeedsNoLink) {
   EXPECT_DOUBLE_EQ(model.total_mass(), 1);
   EXPECT_NEAR(model.initial.bodies.at(0).p_WBcm.z(), 1.8, 1e-12);  // of its centre of mass
   EXPECT_THAT(model.notes, Contains(AllOf(HasSubstr("joint 'weld' (line 4)"), HasSubstr("is the world"))));
-  const std::string misspelled = refusal(arm("", "",
+  const std::string misspelled = refusal_of(arm("", "",
                                              "<joint name='k' type='fixed'><parent link='wurld'/><child "
                                              "link='base'/></joint>"));
   EXPECT_THAT(misspelled, HasSubstr("unknown parent link 'wurld'"));
@@ -342,7 +342,7 @@ TEST(Urdf, OfTwoTreesTheLargerStays) {
                       "link='lid'/></joint><joint name='l' type='revolute'><parent link='lid'/>"
                       "<child link='knob'/><mimic joint='j'/></joint>",
                       kInertial, kInertial, kInertial));
-  EXPECT_THAT(refusal(text), AllOf(HasSubstr("two links have no parent, 'base' (line 2) and 'cup' (line 5)"),
+  EXPECT_THAT(refusal_of(text), AllOf(HasSubstr("two links have no parent, 'base' (line 2) and 'cup' (line 5)"),
                                    HasSubstr("--drop-unsupported, which leaves out all but link 'cup'")));
   const Model model = loaded(text, {.drop_unsupported = true});
   EXPECT_EQ(model.dof(), 2);
@@ -357,13 +357,13 @@ TEST(Urdf, RepairTakesCommasOutOfNumbers) {
       "<mass value='1'/><inertia ixx='0.02' ixy='0' ixz='0' iyy='0.02' iyz='0' izz='0.01'/>"
       "</inertial></link>\n<joint name='j' type='revolute'><parent link='base'/><child link='arm'/>"
       "<origin xyz='0;0;1'/></joint>\n</robot>";
-  EXPECT_THAT(refusal(wrong), AllOf(HasSubstr("<origin> of link 'arm' (line 3) has xyz=\"0, 0 ,-0.2\", with commas"),
+  EXPECT_THAT(refusal_of(wrong), AllOf(HasSubstr("<origin> of link 'arm' (line 3) has xyz=\"0, 0 ,-0.2\", with commas"),
                                     HasSubstr("--repair")));
   const Model model = loaded(wrong, {.repair = true});
   EXPECT_NEAR(model.initial.bodies.at(0).p_WBcm.z(), 0.8, 1e-12);
   EXPECT_THAT(model.notes, Contains(HasSubstr("repaired: <origin> of joint 'j': xyz=\"0;0;1\" -> \"0 0 1\"")));
   // a decimal comma is another fault
-  EXPECT_THAT(refusal(arm("", "<dynamics damping='0,5'/>")), HasSubstr("give 1 finite number"));
+  EXPECT_THAT(refusal_of(arm("", "<dynamics damping='0,5'/>")), HasSubstr("give 1 finite number"));
 }
 
 // What is left out before an element in its line must not move the change to another one.

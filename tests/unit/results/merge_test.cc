@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-const Identity kCampaign = {"quick", "0123"};
+const Identity kMergedCampaign = {"quick", "0123"};
 const std::vector<std::string> kDerived = {"truth_order"};
 
 // Everything that a directory says, but for the ids of its cells.
@@ -85,7 +85,7 @@ class MergeTest : public TempFolderTest {
 
   // A part of the campaign, measured on a machine of this name.
   Store part(const std::string& name, const std::string& machine, const std::string& more = "") const {
-    Store store = Store::create(path(name), kCampaign);
+    Store store = Store::create(path(name), kMergedCampaign);
     store.set_manifest({{"commit", "abc"},
                         {"cpu", machine == "other" ? "Xeon" : "EPYC"},
                         {"wall_s", "3.0"},
@@ -280,13 +280,13 @@ TEST_F(MergeTest, AnotherProgramIsRefused) {
 TEST_F(MergeTest, ADirectoryThatWasOnlyBegunIsOfNoOtherProgram) {
   three_parts();
   for (const char* name : {"a", "bb", "ccc"})
-    Store::create(path(name), kCampaign).set_manifest({{"assay_version", "0.1.0"}});
+    Store::create(path(name), kMergedCampaign).set_manifest({{"assay_version", "0.1.0"}});
   merge({"a", "bb", "ccc"}, "all");
   const std::string all = content_of(path("all"));
-  Store::create(path("out"), kCampaign);
+  Store::create(path("out"), kMergedCampaign);
   merge({"a", "bb", "ccc"}, "out");
   EXPECT_EQ(content_of(path("out")), all);
-  Store::create(path("part"), kCampaign);
+  Store::create(path("part"), kMergedCampaign);
   merge({"part", "a", "bb", "ccc"}, "first");
   merge({"a", "bb", "part", "ccc"}, "among");
   EXPECT_EQ(content_of(path("first")), all);
@@ -323,7 +323,7 @@ TEST_F(MergeTest, ATestThatPassedAndFailedIsRefused) {
 // Before nodes were stored, the manifest alone told the machine.
 TEST_F(MergeTest, DirectoriesWithoutNodesGetTheirMachineFromTheManifest) {
   {
-    Store old = Store::create(path("old"), kCampaign);
+    Store old = Store::create(path("old"), kMergedCampaign);
     old.set_manifest({{"cpu", "EPYC"}, {"kernel", "6"}, {"started", "2025-01-01 10:00"}});
     old.put_cell(cell("k1", "consistency", 1, 10), {{"piece_error_m", {1, 2}}});
   }
