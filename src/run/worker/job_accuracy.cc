@@ -19,6 +19,7 @@
 #include "measures/reference/smooth.h"
 #include "measures/statistics.h"
 #include "measures/transfer.h"
+#include "run/worker/failures.h"
 #include "run/worker/job_parts.h"
 
 namespace assay::jobs {
@@ -210,8 +211,6 @@ std::optional<Value> experiment_value(const Measure& measure, const Subject& sub
     engine_s += run.engine_s;
     if (run.ending.outcome == Outcome::kDiverged) return std::nullopt;
     return measure.of_experiment(run.trajectory.states);
-  } catch (const UnsupportedError&) {
-    return std::nullopt;
   } catch (const EngineError&) {
     return std::nullopt;
   }
@@ -258,10 +257,8 @@ JobDone do_job(const RunJob& job) {
             subject, start, job.timestep_ms, samples, per_sample, with_contacts,
             draw_pushes(subject.pushes, job.state + i, job.subject.duration_s, 1e-3 * job.subject.push_sample_ms));
       }
-    } catch (const UnsupportedError& error) {
-      run.ending = {Outcome::kUnsupported, error.what()};
     } catch (const EngineError& error) {
-      run.ending = {Outcome::kCrashed, fmt::format("the engine failed to start: {}", error.what())};
+      run.ending = failed_to_start(error);
     }
     engine_s += run.engine_s;
     const bool ended = run.ending.outcome == Outcome::kOk || run.ending.outcome == Outcome::kUnstable;
@@ -436,10 +433,8 @@ JobDone do_job(const PiecesJob& job) {
     check_supported(subject, 1e-3 * job.timestep_ms);
     pieces.run();
     cell.ending = pieces.ending();
-  } catch (const UnsupportedError& error) {
-    cell.ending = {Outcome::kUnsupported, error.what()};
   } catch (const EngineError& error) {
-    cell.ending = {Outcome::kCrashed, fmt::format("{}: the engine failed to start: {}", pieces.where(), error.what())};
+    cell.ending = failed_to_start(error, pieces.where());
   }
   if (cell.ending.outcome == Outcome::kOk || cell.ending.outcome == Outcome::kUnstable) {
     for (const PieceErrors& each : pieces.lengths()) {

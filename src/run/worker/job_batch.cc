@@ -12,22 +12,13 @@
 #include "measures/batch.h"
 #include "measures/plausible.h"
 #include "measures/statistics.h"
+#include "run/worker/failures.h"
 #include "run/worker/job_parts.h"
 #include "run/worker/process_batch.h"
 #include "run/worker/stepper.h"
 
 namespace assay::jobs {
 namespace {
-
-// An engine's InputError or SystemError would end the campaign.
-template <typename Work>
-auto of_engine(const Work& work) {
-  try {
-    return work();
-  } catch (const InputError& error) {
-    throw std::runtime_error(error.what());
-  }
-}
 
 class BatchSession {
  public:
@@ -49,7 +40,7 @@ class BatchSession {
         throw UnsupportedError("its adapter computes torques before each step, which a batch does not read states for");
       }
       find_starts();
-      batch_ = of_engine([&] { return made(); });
+      batch_ = engines_own([&] { return made(); });
       compare(prepared);
       const BatchFacts facts = batch_->facts();
       prepared.device = facts.device;
@@ -60,10 +51,8 @@ class BatchSession {
         prepared.processes = processes->processes();
       }
       if (prepared.ending.outcome == Outcome::kOk) prepared.step_s = step_time();
-    } catch (const UnsupportedError& error) {
-      prepared.ending = {Outcome::kUnsupported, error.what()};
     } catch (const EngineError& error) {
-      prepared.ending = {Outcome::kDiverged, error.what()};
+      prepared.ending = ended_by(error, Outcome::kDiverged);
     }
     prepared.engine_s = engine_s_;
     return prepared;
@@ -203,7 +192,7 @@ class BatchSession {
   }
 
   void restart() {
-    of_engine([&] { batch_->restart(starts_); });
+    engines_own([&] { batch_->restart(starts_); });
     since_restart_ = 0;
     if (job_.warmup > 0) timed(job_.warmup);
   }

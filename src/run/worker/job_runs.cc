@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
-#include <new>
 #include <sys/wait.h>
 
 #include <fmt/format.h>
@@ -14,6 +13,7 @@
 #include "isolate/child.h"
 #include "isolate/processes.h"
 #include "isolate/time_limit.h"
+#include "run/worker/failures.h"
 #include "run/worker/job_parts.h"
 
 namespace assay::jobs {
@@ -22,16 +22,8 @@ namespace {
 Reply answer_to(const RunJob& run) {
   try {
     return do_job(run);
-  } catch (const InputError& error) {
-    return JobError{error.what(), true};
-  } catch (const SystemError& error) {
-    return JobError{error.what(), false};
-  } catch (const std::bad_alloc&) {
-    return JobCrash{"out of memory: it takes more than a worker may"};
-  } catch (const std::exception& error) {
-    return JobCrash{fmt::format("exception: {}", error.what())};
   } catch (...) {
-    return JobCrash{"exception: of a type that is no std::exception"};
+    return reply_to_exception();
   }
 }
 

@@ -15,6 +15,7 @@
 #include "measures/plausible.h"
 #include "measures/statistics.h"
 #include "measures/windows.h"
+#include "run/worker/failures.h"
 #include "run/worker/job_parts.h"
 
 namespace assay::jobs {
@@ -80,10 +81,8 @@ class TimingSession {
     try {
       check_supported(subject_, timestep_s);
       prepared.step_s = step_time(timestep_s);
-    } catch (const UnsupportedError& error) {
-      prepared.ending = {Outcome::kUnsupported, error.what()};
     } catch (const EngineError& error) {
-      prepared.ending = {Outcome::kCrashed, fmt::format("the engine failed to start: {}", error.what())};
+      prepared.ending = failed_to_start(error);
     }
     prepared.engine_s = engine_s_ - before;
     return prepared;
@@ -336,10 +335,8 @@ JobDone do_job(const ScalingJob& job) {
       seconds.push_back(run.engine_s);
       end.states = {std::move(run.trajectory.states.back())};
     }
-  } catch (const UnsupportedError& error) {
-    ending = {Outcome::kUnsupported, error.what()};
   } catch (const EngineError& error) {
-    ending = {Outcome::kCrashed, fmt::format("the engine failed to start: {}", error.what())};
+    ending = failed_to_start(error);
   }
   if (ending.outcome == Outcome::kOk || ending.outcome == Outcome::kUnstable) {
     const Interval time = bootstrap_median(seconds, job.seed);

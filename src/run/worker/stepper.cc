@@ -3,31 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
-#include <stdexcept>
 
 #include <fmt/format.h>
 
 #include "base/errors.h"
 #include "isolate/machine_lack.h"
 #include "model/state_faults.h"
+#include "run/worker/failures.h"
 
 namespace assay {
-namespace {
-
-// An engine's InputError or SystemError is the engine's failure, not the user's or the machine's, and must not end the
-// campaign.
-template <typename Work>
-void engines_own(const Work& work) {
-  try {
-    work();
-  } catch (const InputError& error) {
-    throw std::runtime_error(error.what());
-  } catch (const SystemError& error) {
-    throw std::runtime_error(error.what());
-  }
-}
-
-}  // namespace
 
 void examine_state(const State& state, const Model& model, double start_s, double timestep_s, long long steps) {
   if (const std::string fault = state_shape_fault(state, model.bodies.size(), model.joints.size()); !fault.empty()) {
@@ -53,7 +37,7 @@ Stepper::Stepper(const Subject& subject, const State& start, double timestep_s)
 void Stepper::create(const State& start) {
   Settings settings = subject_.contender.settings;
   settings.timestep = timestep_s_;
-  engines_own([&] {
+  jobs::engines_own([&] {
     try {
       simulation_ = subject_.contender.engine->create(subject_.model, start, settings);
     } catch (const EngineError& error) {
@@ -73,12 +57,12 @@ void Stepper::restart(State from) {
 }
 
 void Stepper::read_state() {
-  engines_own([&] { simulation_->read_state(state_); });
+  jobs::engines_own([&] { simulation_->read_state(state_); });
   examine_state(state_, subject_.model, start_s_, timestep_s_, steps_);
 }
 
 void Stepper::advance(long long steps) {
-  engines_own([&] { take(steps); });
+  jobs::engines_own([&] { take(steps); });
 }
 
 void Stepper::take(long long steps) {
@@ -106,12 +90,12 @@ void Stepper::take(long long steps) {
 
 bool Stepper::keep_contacts() {
   bool kept = false;
-  engines_own([&] { kept = simulation_->keep_contacts(); });
+  jobs::engines_own([&] { kept = simulation_->keep_contacts(); });
   return kept;
 }
 
 void Stepper::read_contacts(std::vector<ContactForce>& out) const {
-  engines_own([&] { simulation_->read_contacts(out); });
+  jobs::engines_own([&] { simulation_->read_contacts(out); });
   const auto shapes = static_cast<int>(subject_.model.shapes.size());
   for (const ContactForce& contact : out) {
     if (contact.shape_a < 0 || contact.shape_b <= contact.shape_a || contact.shape_b >= shapes) {

@@ -7,7 +7,6 @@
 #include <csignal>
 #include <cstdio>
 #include <fcntl.h>
-#include <new>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -22,6 +21,7 @@
 #include "isolate/processes.h"
 #include "run/messages/messages.h"
 #include "run/worker/confinement.h"
+#include "run/worker/failures.h"
 #include "run/worker/jobs.h"
 #include "run/worker/stepper.h"
 
@@ -97,19 +97,8 @@ int serve() {
     channel.send_taken();
     confine_worker(*job);
     answer = do_job(*job, [&](const Reply& reply) { channel.send(reply); }, [&] { return channel.receive(); });
-  } catch (const InputError& error) {
-    answer = JobError{error.what(), true};
-  } catch (const SystemError& error) {
-    answer = JobError{error.what(), false};
-  } catch (const AdapterFault& error) {
-    answer = JobCrash{error.what()};
-  } catch (const std::bad_alloc&) {
-    answer = JobCrash{"out of memory: it takes more than a worker may"};
-  } catch (const std::exception& error) {
-    // An adapter threw what it must not.
-    answer = JobCrash{fmt::format("exception: {}", error.what())};
   } catch (...) {
-    answer = JobCrash{"exception: of a type that is no std::exception"};
+    answer = jobs::reply_to_exception();
   }
   channel.send(answer);
   // No destructors: an engine that crashes in them must not spoil the answer.
