@@ -109,7 +109,7 @@ function(assay_model_of_build variable flags)
 endfunction()
 
 # What the plugin's binary, and the engine's own where that is a shared library, says of its build, as a file beside the
-# plugin that `assay engines` and every result repeat (src/engines/binary_facts.h).
+# plugin that `assay list engines` and every result repeat (src/engines/binary_facts.h).
 function(assay_read_binary target name libraries)
   if(ASSAY_SANITIZE OR NOT CMAKE_OBJDUMP)
     return()

@@ -1,5 +1,5 @@
 # Physics engines from outside as imported targets engine::<name>. Each is optional: one that is not there has no target,
-# its adapter is not built, and a line says how to get it, which `assay engines` repeats to its users.
+# its adapter is not built, and a line says how to get it, which `assay list engines` repeats to its users.
 # ENGINE_<name>_{VERSION,SOURCE,COMPILER,FLAGS} say where it came from and how it was compiled, for the build facts of its
 # adapter. Those of another build (setup/builds.txt) end in -<build>.
 

@@ -1,6 +1,6 @@
 """The verdicts and failures of claims.md.
 
-RESULTS is a results directory, or the database of one packed as assay.sqlite.xz. The blocks are `assay claims --markdown`
+RESULTS is a results directory, or the database of one packed as assay.sqlite.xz. The blocks are `assay report --claims --markdown`
 and the tables of failed runs, each with the command that shows it.
 """
 

@@ -11,7 +11,7 @@ from .errors import InputError
 
 
 def engines() -> Any:
-    """What `assay engines --json` tells of every engine: contenders, settings with units and defaults, capabilities, build;
+    """What `assay list engines --json` tells of every engine: contenders, settings with units and defaults, capabilities, build;
     and of those that are absent, why."""
     return call_json("engines", "--json")
 
@@ -22,7 +22,7 @@ def contenders() -> list[str]:
 
 
 def systems() -> list[dict]:
-    """What `assay systems --json` tells of each model that comes with assay."""
+    """What `assay list systems --json` tells of each model that comes with assay."""
     return call_json("systems", "--json")["systems"]
 
 

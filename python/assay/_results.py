@@ -97,7 +97,7 @@ class Results:
         return _program.call_json("claims", self.folder, "--json")
 
     def transfer(self) -> Any:
-        """In which engines a policy works: `assay transfer --json`."""
+        """In which engines a policy works: `assay report --transfer --json`."""
         return _program.call_json("transfer", self.folder, "--json")
 
     def status(self) -> dict:

@@ -150,7 +150,7 @@ std::vector<int> Roster::listed(const Section& section, const toml::node& node) 
       const std::vector<std::string> names = matching(*name, taken, registry_);
       if (names.empty()) {
         section.fail(&entry,
-                     fmt::format("'{}' matches no further contender: see 'assay engines' for their names", *name));
+                     fmt::format("'{}' matches no further contender: see 'assay list engines' for their names", *name));
       }
       for (const std::string& each : names) add(found, section, &entry, each);
       taken.insert(names.begin(), names.end());

@@ -22,7 +22,7 @@ namespace {
 
 struct ListOptions {
   std::string what = "engines";
-  bool json = false, features = false, builds = false, markdown = false, campaign_keys = false;
+  bool json = false, features = false, builds = false, markdown = false;
 };
 
 int list_systems(bool as_json) {
@@ -97,19 +97,19 @@ int list_engines(bool as_json) {
 }
 
 int list_what_is_asked(const ListOptions& options) {
-  if (options.campaign_keys) {
-    print(campaign_keys_markdown());
-    return kDone;
-  }
-  if (options.what == "systems") {
+  if (options.what == "systems" || options.what == "campaign-keys") {
     if (options.features || options.builds) {
       throw InputError(
           fmt::format("--{} is of engines: give 'assay list engines'", options.features ? "features" : "builds"));
     }
-    return list_systems(options.json);
+    if (options.what == "systems") return list_systems(options.json);
+    if (options.json)
+      throw InputError("--json is of engines and systems: give 'assay list campaign-keys', a page in Markdown");
+    print(campaign_keys_markdown());
+    return kDone;
   }
   if (options.what != "engines") {
-    const std::vector<std::string> known = {"engines", "systems"};
+    const std::vector<std::string> known = {"engines", "systems", "campaign-keys"};
     throw InputError(fmt::format("there is no list of '{}'{}", options.what, did_you_mean(options.what, known)));
   }
   if (options.builds) return list_builds(options);
@@ -144,14 +144,18 @@ void run_list(CLI::App& command, Action& action, const std::shared_ptr<ListOptio
 
 void add_list(CLI::App& app, Action& action) {
   CLI::App* command = add_command(
-      app, "list", "List the engines with their contenders, or the systems of assay",
+      app, "list", "List the engines with their contenders, the systems, or a campaign's keys",
       {{"assay list engines", "all contenders, and why an engine is absent"},
        {"assay list engines --features", "which parts of a model each engine has exactly, approximately or not"},
        {"assay list engines --builds", "instruction sets, precision and assertions of each engine's binary"},
        {"assay list systems", "bodies, degrees of freedom, shapes, contact pairs, mass"},
-       {"ASSAY_DATA=~/lab assay list systems", "the models of ~/lab/models instead"}});
+       {"ASSAY_DATA=~/lab assay list systems", "the models of ~/lab/models instead"},
+       {"assay list campaign-keys", "each key of a campaign's file with an example, as Markdown"}});
   const auto options = std::make_shared<ListOptions>();
-  command->add_option("WHAT", options->what, "engines (the default) or systems")->type_name("engines|systems");
+  command
+      ->add_option("WHAT", options->what,
+                   "engines (the default), systems, or campaign-keys: what a campaign's file may say")
+      ->type_name("engines|systems|campaign-keys");
   add_engine_options(*command, *options);
   run_list(*command, action, options);
 }
@@ -176,9 +180,6 @@ void add_systems(CLI::App& app, Action& action) {
   const auto options = std::make_shared<ListOptions>();
   options->what = "systems";
   command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();
-  command->add_flag("--campaign-keys", options->campaign_keys, "Print docs/campaign-keys.md")
-      ->disable_flag_override()
-      ->group("");
   run_list(*command, action, options);
 }
 

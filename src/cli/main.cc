@@ -244,7 +244,7 @@ const std::vector<Command>& commands() {
 
 int main(int argc, char** argv) {
   if (!assay::cli::have_standard_streams()) return assay::cli::kFailed;
-  // whoever started us may have switched it off: `assay engines | head -1` ends quietly
+  // whoever started us may have switched it off: `assay list engines | head -1` ends quietly
   std::signal(SIGPIPE, SIG_DFL);
   // a limit of file sizes is a full disk to us: an error of the write, not the end
   std::signal(SIGXFSZ, SIG_IGN);

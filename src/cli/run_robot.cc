@@ -46,7 +46,7 @@ void print_next(const Campaign& campaign, const std::string& dir, const std::opt
   };
   line(fmt::format("assay recommend {} all --error 0.5mm --realtime 10", dir), "other limits, without measuring again");
   if (contender) {
-    line(fmt::format("assay snapshot {} {} --contender {} --time 1 --out robot.png", dir, first, *contender),
+    line(fmt::format("assay draw {} {} --contender {} --time 1 --out robot.png", dir, first, *contender),
          "a picture of the run");
   }
   line(fmt::format("assay run {} --out {}-again", (fs::path(dir) / "campaign.toml").string(), dir),
@@ -62,7 +62,7 @@ void add_not_asked(const RunRequest& request, Answer& answer) {
   if (engines.empty()) {  // no clone's set-up helps here
     std::vector<std::string> names;
     for (const AbsentEngine& engine : absent) names.push_back(engine.name);
-    answer.remark("not here", join(names, ", ") + "; 'assay engines' says how to get each");
+    answer.remark("not here", join(names, ", ") + "; 'assay list engines' says how to get each");
     return;
   }
   answer.remark("not set up here", obtainable_text(engines));

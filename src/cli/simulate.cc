@@ -42,7 +42,7 @@ void add_simulate(CLI::App& app, Action& action) {
         "with other settings, to standard output"}});
   const auto options = std::make_shared<SimulateOptions>();
   add_model_options(*command, options->model);
-  command->add_option("--engine", options->request.contender, "Contender, as listed by 'assay engines'")
+  command->add_option("--engine", options->request.contender, "Contender, as listed by 'assay list engines'")
       ->required()
       ->type_name("CONTENDER");
   command->add_option("--timestep", options->request.timestep, "Timestep in ms: 1, 0.5, 1/64")

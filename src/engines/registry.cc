@@ -414,7 +414,7 @@ ResolvedContender Registry::resolve(const std::string& name,
   }
   const std::string note =
       absent == absent_.end() ? "" : fmt::format("; engine '{}' is absent: {}", absent->name, absent->reason);
-  throw InputError(fmt::format("unknown contender '{}'{}; `assay engines` lists them{}", name,
+  throw InputError(fmt::format("unknown contender '{}'{}; `assay list engines` lists them{}", name,
                                did_you_mean(name, contender_names()), note));
 }
 

@@ -1,5 +1,5 @@
 // What models may use beside hinges, free bodies, spheres, capsules and planes: the words of the table feature x engine
-// (`assay engines --features`). Adapters declare each in Capabilities::features.
+// (`assay list engines --features`). Adapters declare each in Capabilities::features.
 #pragma once
 
 #include <string>

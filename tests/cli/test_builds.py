@@ -54,7 +54,7 @@ class Binaries(AssayTest):
 
 
 class Engines(AssayTest):
-    """What `assay engines --builds` says of each engine, against what its adapter declares."""
+    """What `assay list engines --builds` says of each engine, against what its adapter declares."""
 
     def setUp(self):
         super().setUp()

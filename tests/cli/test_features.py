@@ -1,4 +1,4 @@
-"""`assay engines --features`: which parts of a model each engine has."""
+"""`assay list engines --features`: which parts of a model each engine has."""
 
 from harness import SOURCE, AssayTest, main
 
@@ -41,7 +41,7 @@ class Features(AssayTest):
             self.skipTest("the document has all engines but those that are set up only when they are named")
         document = (SOURCE / "docs" / "features.md").read_text(encoding="utf-8")
         self.assertEqual(document, self.assay("engines", "--features", "--markdown"),
-                         "run ./assay engines --features --markdown > docs/features.md")
+                         "run ./assay list engines --features --markdown > docs/features.md")
 
 
 if __name__ == "__main__":

@@ -140,8 +140,8 @@ class Systems(AssayTest):
 
     def test_the_page_of_campaign_keys_is_up_to_date(self):
         page = (SOURCE / "docs" / "campaign-keys.md").read_text(encoding="utf-8")
-        self.assertEqual(page, self.assay("systems", "--campaign-keys"),
-                         "run ./assay systems --campaign-keys > docs/campaign-keys.md")
+        self.assertEqual(page, self.assay("list", "campaign-keys"),
+                         "run ./assay list campaign-keys > docs/campaign-keys.md")
         for text in ("| `duration_s` | `2` | required |", "| `no_ground` |", "| `iterations` |", "| `rounds` | `24` | 24 |"):
             self.assertIn(text, page)
 

@@ -111,7 +111,7 @@ def pair_elements(model, pairs):
 
 class Capabilities(Record):
     """What a contender can do and how: struct Capabilities of engine.h. `features` maps the keys of
-    `assay engines --features` to exact(), approximated(...) or refused(...); what it does not name is refused.
+    `assay list engines --features` to exact(), approximated(...) or refused(...); what it does not name is refused.
     `springs` is "native", "explicit" (assay adds the torques of joints' springs and dampers to those that
     set_torques() gets) or "none". `contact_forces` is "none", "normal" or "all": what contacts() gives."""
 

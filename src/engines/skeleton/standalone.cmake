@@ -1,7 +1,7 @@
 # An adapter outside assay's tree: builds engines/assay-engine-myengine.so against an installed assay.
 #
 #   cmake -S . -B build -DCMAKE_PREFIX_PATH=<where assay is installed> && cmake --build build
-#   ASSAY_ENGINE_PATH=$PWD/build/engines assay engines
+#   ASSAY_ENGINE_PATH=$PWD/build/engines assay list engines
 cmake_minimum_required(VERSION 3.25)
 project(assay-engine-myengine VERSION 0.1.0 LANGUAGES CXX)
 set(CMAKE_CXX_STANDARD 20)

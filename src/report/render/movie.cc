@@ -83,7 +83,7 @@ int write_movie(const Scene& scene, const std::vector<Cell>& cells, const std::v
   if (longest != nullptr && longest->size() < 2 && request.of_kept_runs) {
     throw InputError(
         fmt::format("'{}' keeps only the last states of '{}': give --timestep to run it again, or use "
-                    "'assay snapshot'",
+                    "'assay draw'",
                     request.dir, request.system));
   }
   if (longest == nullptr || longest->size() < 2) {

@@ -16,7 +16,7 @@
 //   [[claim.test]]                         # all have to hold
 //   kind = "at-timestep"                   # and the rest of ClaimTest, whose fields are the keys
 //
-// As JSON (report_data()'s "claims", `assay claims --json`), in the file's order:
+// As JSON (report_data()'s "claims", `assay report --claims --json`), in the file's order:
 //
 //   [{"number": 1, "title": "...", "statement": "...", "paper": "...",
 //     "verdict": "holds" | "changed" | "not-settled" | "not-measurable",

@@ -368,7 +368,7 @@ TEST(Campaign, PatternsNameContendersOfTheEnginesThatAreThere) {
   all.emplace_back("A");
   EXPECT_EQ(names_of(R"(["*"])"), all);
   EXPECT_THAT(error_of(with(kGood, R"(["null", "A"])", R"(["hal9000-*"])")),
-              AllOf(HasSubstr("'hal9000-*'"), HasSubstr("assay engines")));
+              AllOf(HasSubstr("'hal9000-*'"), HasSubstr("assay list engines")));
 }
 
 // Of each system, by name.

@@ -329,8 +329,8 @@ TEST(Urdf, TheParentWorldNeedsNoLink) {
   EXPECT_NEAR(model.initial.bodies.at(0).p_WBcm.z(), 1.8, 1e-12);  // of its centre of mass
   EXPECT_THAT(model.notes, Contains(AllOf(HasSubstr("joint 'weld' (line 4)"), HasSubstr("is the world"))));
   const std::string misspelled = refusal_of(arm("", "",
-                                             "<joint name='k' type='fixed'><parent link='wurld'/><child "
-                                             "link='base'/></joint>"));
+                                                "<joint name='k' type='fixed'><parent link='wurld'/><child "
+                                                "link='base'/></joint>"));
   EXPECT_THAT(misspelled, HasSubstr("unknown parent link 'wurld'"));
 }
 
@@ -343,7 +343,7 @@ TEST(Urdf, OfTwoTreesTheLargerStays) {
                       "<child link='knob'/><mimic joint='j'/></joint>",
                       kInertial, kInertial, kInertial));
   EXPECT_THAT(refusal_of(text), AllOf(HasSubstr("two links have no parent, 'base' (line 2) and 'cup' (line 5)"),
-                                   HasSubstr("--drop-unsupported, which leaves out all but link 'cup'")));
+                                      HasSubstr("--drop-unsupported, which leaves out all but link 'cup'")));
   const Model model = loaded(text, {.drop_unsupported = true});
   EXPECT_EQ(model.dof(), 2);
   EXPECT_EQ(model.joints.at(0).name, "k");
@@ -358,7 +358,7 @@ TEST(Urdf, RepairTakesCommasOutOfNumbers) {
       "</inertial></link>\n<joint name='j' type='revolute'><parent link='base'/><child link='arm'/>"
       "<origin xyz='0;0;1'/></joint>\n</robot>";
   EXPECT_THAT(refusal_of(wrong), AllOf(HasSubstr("<origin> of link 'arm' (line 3) has xyz=\"0, 0 ,-0.2\", with commas"),
-                                    HasSubstr("--repair")));
+                                       HasSubstr("--repair")));
   const Model model = loaded(wrong, {.repair = true});
   EXPECT_NEAR(model.initial.bodies.at(0).p_WBcm.z(), 0.8, 1e-12);
   EXPECT_THAT(model.notes, Contains(HasSubstr("repaired: <origin> of joint 'j': xyz=\"0;0;1\" -> \"0 0 1\"")));

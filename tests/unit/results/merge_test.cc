@@ -206,8 +206,7 @@ TEST_F(MergeTest, AnotherOutcomeAValueMoreOrLessIsRefused) {
   EXPECT_THAT(refused([](Cell& cell) { cell.values.erase(cell.values.begin()); }), HasSubstr("another 'consistency'"));
   EXPECT_THAT(refused([](Cell& cell) { cell.values.push_back({"restart_floor", "m", 1.0, {}, {}}); }),
               HasSubstr("another 'restart_floor'"));
-  EXPECT_EQ(refused([](Cell& cell) { cell.values[1].value = 99; }), "")
-      << "derived values depend on the part";
+  EXPECT_EQ(refused([](Cell& cell) { cell.values[1].value = 99; }), "") << "derived values depend on the part";
 }
 
 TEST_F(MergeTest, TimingsOfASystemComeFromOneMachine) {

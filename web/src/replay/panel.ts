@@ -446,7 +446,7 @@ export function replayPanel(view: SystemView, palette: Palette): HTMLElement | n
       slot.append(el("h3", {}, "Replay"), el("p", { class: "quiet note" }, "The report holds no replay of this contender."));
     }
     slot.append(
-      el("p", { class: "quiet note" }, "As a movie: ", el("code", {}, `assay movie DIR ${view.system} --contenders ${choice.contender} --timestep ${timestep(choice.timestep)} --out ${view.system}.mp4`)),
+      el("p", { class: "quiet note" }, "As a movie: ", el("code", {}, `assay draw DIR ${view.system} --contenders ${choice.contender} --timestep ${timestep(choice.timestep)} --out ${view.system}.mp4`)),
     );
   });
   return panel.element;
