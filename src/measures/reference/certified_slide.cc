@@ -126,6 +126,7 @@ class SlidingBody {
     set_turning();
     const Vec3 slip = start_.v_WBcm - radius_ * start_.w_WB.cross(ground_.normal);
     slip_.emplace(slip, pull_, turning_ * ground_.friction * press_);
+    if (shape_->type == ShapeType::kBox) check_pressure(slip);
     if (shape_->type == ShapeType::kCapsule || shape_->type == ShapeType::kCylinder) check_line(slip);
   }
 
@@ -142,6 +143,7 @@ class SlidingBody {
       state.w_WB = spin(seconds);
       state.q_WB = orientation(seconds, way - slip.way);
     }
+    if (turning_ == 1) state.v_WBcm = slip.u;  // without leftover rounding where it rests
     if (shape_->type == ShapeType::kBox) check_pressure(slip.u);
     return state;
   }
@@ -211,13 +213,19 @@ class SlidingBody {
     const bool line = shape_->type != ShapeType::kSphere;
     if (line && whole.cross(axis).norm() <= 1e-9) return turned(start_.q_WB, whole);
     constexpr double kStep = 1e-3;
-    const int steps = std::max(1, static_cast<int>(std::ceil(seconds / kStep)));
-    const double h = seconds / steps, node = std::sqrt(3.0) / 6;
+    const double node = std::sqrt(3.0) / 6;
     Quat q = start_.q_WB;
-    for (int i = 0; i < steps; ++i) {
-      const Vec3 first = spin(h * (i + 0.5 - node)), second = spin(h * (i + 0.5 + node));
-      q = turned(q, h / 2 * (first + second) - std::sqrt(3.0) / 12 * h * h * first.cross(second));
-    }
+    const auto turn = [&](double from, double to) {
+      const int steps = std::max(1, static_cast<int>(std::ceil((to - from) / kStep)));
+      const double h = (to - from) / steps;
+      for (int i = 0; i < steps; ++i) {
+        const Vec3 first = spin(from + h * (i + 0.5 - node)), second = spin(from + h * (i + 0.5 + node));
+        q = turned(q, h / 2 * (first + second) - std::sqrt(3.0) / 12 * h * h * first.cross(second));
+      }
+    };
+    const double stop = std::min(seconds, slip_->end().value_or(seconds));  // where the rate has a kink
+    if (stop > 0) turn(0, stop);
+    if (seconds > stop) turn(stop, seconds);
     return q;
   }
 
