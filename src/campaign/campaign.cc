@@ -113,8 +113,15 @@ GraspBodies grasp_of(const Section& section, const Model& model) {
 
 // What measures need of their system.
 void check_measures(const Section& section, const CampaignSystem& system, const Control& control) {
-  const MeasuredSystem asked = {system.model, control.is_zero(), control.policy() != nullptr, !system.family.empty(),
-                                system.grasp};
+  const MeasuredSystem asked = {system.model,           control.is_zero(), control.policy() != nullptr,
+                                !system.family.empty(), system.grasp,      system.duration_s,
+                                system.solution};
+  if (!system.solution.empty() && !system.has(Reads::kSolution)) {
+    section.fail(section.find("solution"),
+                 fmt::format("system '{}' has a solution that nothing is compared with: add 'truth' to its measures, "
+                             "or leave the solution out",
+                             system.name));
+  }
   for (const Measure* measure : system.measures) {
     const std::string obstacle = measure->obstacle == nullptr ? "" : measure->obstacle(asked);
     if (!obstacle.empty()) section.fail(section.find("measures"), fmt::format("system '{}' {}", system.name, obstacle));
@@ -683,6 +690,7 @@ nlohmann::json system_content(const CampaignSystem& system) {
                             {"timing_ms", system.timing_ms},
                             {"reference_ms", system.reference_ms}};
   if (!system.family.empty()) content["family"] = system.family;
+  if (!system.solution.empty()) content["solution"] = system.solution;
   if (!system.worlds.empty()) content["worlds"] = system.worlds;
   if (!system.more_pieces_ms.empty()) content["more_pieces_ms"] = system.more_pieces_ms;
   if (system.pushes.any()) content["push"] = pushes_content(system.pushes);

@@ -51,8 +51,9 @@ struct CampaignSystem {
   double push_sample_ms = 0;  // sample_ms as the campaign has it: reruns may take more samples
   ControlSpec control;
   GraspBodies grasp;
-  std::vector<int> worlds;               // of 'batch', ascending
-  std::string family;                    // of systems that differ only in size, "" for none
+  std::vector<int> worlds;  // of 'batch', ascending
+  std::string solution;     // the certified solution of its motion, "": of a smooth system, which needs none
+  std::string family;       // of systems that differ only in size, "" for none
   std::vector<const Measure*> measures;  // in the order of measures()
   std::vector<double> timesteps_ms;      // ascending, the reference's among them where consistency is measured
   std::vector<double> timing_ms;         // ascending

@@ -3,19 +3,44 @@
 
 #include <fmt/format.h>
 
+#include "base/errors.h"
+#include "base/text.h"
 #include "measures/accuracy.h"
 #include "measures/measure.h"
+#include "measures/reference/certified.h"
 #include "measures/reference/smooth.h"
 
 namespace assay {
 namespace {
 
+// Whether the named solution is one of this model: it says so itself.
+std::string solution_obstacle(const MeasuredSystem& system) {
+  const CertifiedSolution* solution = find_certified_solution(system.solution);
+  if (solution == nullptr) {
+    std::vector<std::string> names;
+    for (const CertifiedSolution& each : certified_solutions()) names.emplace_back(each.name);
+    return fmt::format("names the solution '{}', which does not exist{}: there are {}", system.solution,
+                       did_you_mean(system.solution, names), join(names, ", "));
+  }
+  if (!system.passive) {
+    return fmt::format("has the solution '{}', which is of a passive motion: leave its control out", system.solution);
+  }
+  try {
+    solution->solve(system.model, {system.model.initial.time + system.duration_s});
+  } catch (const InputError& error) {
+    return fmt::format("cannot be measured against its solution: {}; '{}' is of {}", error.what(), solution->name,
+                       solution->about);
+  }
+  return "";
+}
+
 std::string truth_obstacle(const MeasuredSystem& system) {
+  if (!system.solution.empty()) return solution_obstacle(system);
   const std::string obstacle = smooth_obstacle(system.model);
   if (obstacle.empty() && system.passive) return "";
   return fmt::format(
       "cannot be measured against the truth, which needs a smooth, passive motion: {}; leave 'truth' out of its "
-      "measures",
+      "measures, or name a certified 'solution' of it",
       obstacle.empty() ? "its control is not passive" : obstacle);
 }
 

@@ -18,8 +18,10 @@ namespace {
 
 // Of the reference solution.
 std::string truth_address(const CampaignSystem& system) {
-  return content_hash(dump_json(json{
-      {"truth", 2}, {"model", system.model.hash}, {"duration_s", system.duration_s}, {"sample_ms", system.sample_ms}}));
+  json content = {
+      {"truth", 2}, {"model", system.model.hash}, {"duration_s", system.duration_s}, {"sample_ms", system.sample_ms}};
+  if (!system.solution.empty()) content["solution"] = system.solution;
+  return content_hash(dump_json(content));
 }
 
 }  // namespace
@@ -160,7 +162,8 @@ void Runner::plan_truths(std::map<std::string, Waiting>& producers) {
     }
     Waiting waiting;
     waiting.run_s = run_s;
-    waiting.job.request = TruthJob{model_spec(of), of.duration_s, of.sample_ms, store_.trajectories_dir(), address};
+    waiting.job.request =
+        TruthJob{model_spec(of), of.solution, of.duration_s, of.sample_ms, store_.trajectories_dir(), address};
     waiting.job.title = fmt::format("truth {}", of.name);
     waiting.job.limit_s = std::min(options_.truth_limit_s, campaign_.time_limit_s);
     waiting.job.cost = 1e7;
