@@ -124,7 +124,11 @@ std::string campaign_keys_markdown() {
   text += section_text("[[system]]", "One table for each system.", rows_of(kSystemKeys));
   text +=
       "\n## Solutions\n\nMotions that `truth` compares with where a system names their `solution`. A model may have "
-      "other sizes, masses, friction and\nstarts than those of assay.\n\n| solution | of |\n| --- | --- |\n";
+      "other sizes, masses, friction and\nstarts than those of assay. `solution = \"file.csv\"` gives a motion of "
+      "one's own "
+      "instead, as `assay simulate` writes it: a header\n`time,body,x,y,z` and a line for each body and sample with "
+      "the position of the centre of mass (m); orientations and\nvelocities may follow.\n\n| solution | of |\n| --- | "
+      "--- |\n";
   for (const CertifiedSolution& solution : certified_solutions()) {
     text += fmt::format("| `{}` | {} |\n", solution.name, solution.about);
   }

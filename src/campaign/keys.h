@@ -115,7 +115,7 @@ inline constexpr auto kSystemKeys = std::to_array<Key<CampaignSystem>>({
      "none"},
     {"solution", "\"slide-and-roll\"",
      "For `truth`: the certified solution of a motion with contacts, limits or dry friction, see "
-     "[Solutions](#solutions)",
+     "[Solutions](#solutions), or a CSV file with the states of one",
      "the reference solution of smooth systems", &CampaignSystem::solution},
     {"family", "\"capsules\"", "For `scaling`: systems of one family differ only in size", nullptr,
      &CampaignSystem::family},

@@ -35,6 +35,7 @@ std::string solution_obstacle(const MeasuredSystem& system) {
 }
 
 std::string truth_obstacle(const MeasuredSystem& system) {
+  if (system.has_solution_file) return "";
   if (!system.solution.empty()) return solution_obstacle(system);
   const std::string obstacle = smooth_obstacle(system.model);
   if (obstacle.empty() && system.passive) return "";

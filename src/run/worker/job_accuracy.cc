@@ -292,12 +292,7 @@ JobDone do_job(const RunJob& job) {
 JobDone do_job(const TruthJob& job) {
   const Model model = model_of(job.model);
   Trajectory truth;
-  const long long samples = std::llround(1000 * job.duration_s / job.sample_ms);
-  std::vector<double> times;
-  times.reserve(static_cast<size_t>(samples));
-  for (long long i = 1; i <= samples; ++i) {
-    times.push_back(model.initial.time + job.duration_s * static_cast<double>(i) / static_cast<double>(samples));
-  }
+  const std::vector<double> times = sample_times(model.initial.time, job.duration_s, job.sample_ms);
   try {
     const CertifiedSolution* certified = find_certified_solution(job.solution);
     if (!job.solution.empty() && certified == nullptr) throw InputError(fmt::format("no solution '{}'", job.solution));
