@@ -59,7 +59,7 @@ class Solutions(AssayTest):
         for model, solution, naming in (
                 ("sliding-box", "slide-and-rol", ["slide-and-rol", "did you mean 'slide-and-roll'"]),
                 ("humanoid", "slide-and-roll", ["humanoid", "no free joint"]),
-                ("tipping-box", "tipping-box", ["lands at", "let the run end before"]),
+                ("tipping-box", "tipping-box", ["slips at", "to stick there takes a friction of"]),
                 ("sliding-box", "nowhere.csv", ["nowhere.csv"])):
             with self.subTest(solution=solution, model=model):
                 self.campaign(model, solution)
