@@ -225,7 +225,7 @@ LINES = {"mujoco-default": ("MuJoCo's defaults", "#1463c4", ""), "mujoco-euler-e
          "havok": ("Havok", "#c2185b", ""), "jolt-f64": ("Jolt", "#0b7285", ""), "jolt-default": ("Jolt's defaults", "#0b7285", "5 3"),
          "rapier-impulse-f64": ("Rapier", "#7f6000", ""), "rapier-default": ("Rapier's defaults", "#7f6000", "5 3"), "dart": ("DART", "#495057", "")}
 WIDTH, HEIGHT = 400, 300  # of a panel
-LEFT, RIGHT, TOP, BOTTOM = 52, 106, 26, 40
+LEFT, RIGHT, TOP, BOTTOM = 62, 106, 26, 40
 LOW, HIGH = 1e-3, 200  # mm; less is drawn at the lower edge
 LABEL = 10  # px between labels
 
@@ -248,7 +248,7 @@ def panel(errors, system, title):
         parts.append(f'<text x="{LEFT - 5}" y="{at + 4:.1f}" text-anchor="end">{"≤ " if mm == LOW else ""}{mm:g}</text>')
     labels = []
     for contender, (name, color, dash) in LINES.items():
-        points = [(x_of(step), y_of(error)) for step in steps if (error := errors.error(system, contender, step)) is not None]
+        points = [(x_of(step), y_of(error)) for step in reversed(steps) if (error := errors.error(system, contender, step)) is not None]
         if not points:
             continue
         path = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
