@@ -174,7 +174,8 @@ std::int64_t pragma(sqlite3* db, const std::string& name) {
 }
 
 bool has_table(sqlite3* db, const std::string& name) {
-  Statement query(db, "SELECT 1 FROM sqlite_schema WHERE type = 'table' AND name = ?");
+  // As SQLite finds it, whatever the case of its letters.
+  Statement query(db, "SELECT 1 FROM sqlite_schema WHERE type = 'table' AND name = ? COLLATE NOCASE");
   query.bind(0, name);
   return query.step();
 }
