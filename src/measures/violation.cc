@@ -234,6 +234,13 @@ Measure violation_measure() {
             "largest depth of two colliding shapes in each other over the run", 3},
            {"penetration_rms", "m", "Penetration, RMS", "penetration (RMS)", kLow, kNo, kLimit,
             "largest depth of two colliding shapes in each other in each sample, root mean square over the run", 3},
+           {"penetration_added_max", "m", "Penetration beyond the start's", "added penetration", kLow, kPlot, kLimit,
+            "largest depth of two colliding shapes in each other over the run, less what they overlap by at its start",
+            3},
+           {"penetration_limit", "m", "Penetration that is asked for", "penetration limit", kNone, kNo, kNo,
+            "what questions allow beyond the start's overlap unless they say otherwise: 5 mm and 5 % of the smallest "
+            "colliding shape, but at least 1 mm",
+            13},
            {"rebound", "1", "Rebound", "rebound", kLow, kNo, kLimit,
             "part of its speed with which a ball of the size of the system's smallest shape leaves a plane at 1 m/s; "
             "no model has restitution, so 0 is right",
