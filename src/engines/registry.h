@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engines/engine.h"
+#include "engines/python_engine.h"
 
 namespace assay {
 
@@ -78,7 +79,8 @@ class Registry {
   std::vector<const Engine*> engines_, other_builds_;
   std::vector<AbsentEngine> absent_;
   std::map<std::string, std::string> paths_;
-  std::vector<std::string> environments_;  // of adapters in Python
+  std::map<std::string, std::string> declared_;  // by the plugins that are adapters in Python; "" where it is not known
+  std::map<std::string, PythonFacts> python_;    // by engine
 };
 
 // How campaigns name a role: "iterations", "tolerance", "contact_softness", "contact_stiffness", "contact_damping"; ""
