@@ -255,14 +255,15 @@ nlohmann::json limitations_json(const std::vector<Limitation>& limitations) {
 
 class DeclaredEngine : public Engine {
  public:
-  DeclaredEngine(std::string name, std::string path, PythonDeclaration declaration, std::string environment,
-                 HostFile host)
+  DeclaredEngine(std::string name, std::string path, PythonDeclaration declaration, PythonFacts facts,
+                 std::string interpreter)
       : name_(std::move(name)),
         path_(std::move(path)),
-        environment_(std::move(environment)),
+        interpreter_(std::move(interpreter)),
         declaration_(std::move(declaration)),
-        host_(std::move(host)) {}
+        facts_(std::move(facts)) {}
 
+  const PythonFacts& facts() const { return facts_; }
   std::string name() const override { return name_; }
   BuildFacts build() const override { return declaration_.build; }
   std::vector<Setting> settings() const override { return declaration_.settings; }
@@ -315,12 +316,12 @@ class DeclaredEngine : public Engine {
   const Engine& adapter_that_simulates() const {
     const Engine& engine = adapter();
     const std::string& running = loaded_host()->version;
-    if (running != host_.version && !is_python_process()) {
+    if (running != interpreter_ && !is_python_process()) {
       throw UnsupportedError(
           fmt::format("engine '{}' needs Python {}, and this process has Python {} already: `assay simulate MODEL "
                       "--engine {}` gives it a "
                       "process of its own",
-                      name_, host_.version, running, declaration_.contenders.front().name));
+                      name_, interpreter_, running, declaration_.contenders.front().name));
     }
     return engine;
   }
@@ -329,7 +330,7 @@ class DeclaredEngine : public Engine {
   const Engine& adapter() const {
     if (adapter_ == nullptr) {
       try {
-        adapter_.reset(host_of_process(host_).host.make(name_, path_, environment_));
+        adapter_.reset(host_of_process({interpreter_, facts_.host}).host.make(name_, path_, facts_.environment));
       } catch (const std::runtime_error& error) {
         throw EngineError(fmt::format("engine '{}' {}", name_, error.what()));
       }
@@ -343,9 +344,10 @@ class DeclaredEngine : public Engine {
     return adapter_ == nullptr && !loaded_host() && interpreters().size() > 1 && !is_python_process();
   }
 
-  std::string name_, path_, environment_;
+  std::string name_, path_;
+  std::string interpreter_;  // its version
   PythonDeclaration declaration_;
-  HostFile host_;
+  PythonFacts facts_;
   mutable std::unique_ptr<const Engine> adapter_;  // made when the first model is checked or simulated
   // Answers of other processes, by model and settings.
   mutable std::map<std::string, std::vector<Limitation>> checked_;
@@ -407,22 +409,20 @@ std::string declare_in_python(const std::string& name, const std::string& path) 
   return host_of_process(any_host()).host.declare(name, path);
 }
 
-PythonAdapter python_adapter(const std::string& name, const std::string& path, const std::string& declaration) {
+std::unique_ptr<const Engine> python_engine(const std::string& name, const std::string& path,
+                                            const std::string& declaration) {
   PythonDeclaration declared = python_declaration(declaration);
-  PythonAdapter made;
-  made.facts.environment = environment_of(declared, path);
-  const Interpreter interpreter = interpreter_of(made.facts.environment);
-  const HostFile& host = is_python_process() ? any_host() : host_for(interpreter, made.facts.environment);
-  made.facts.prefix = interpreter.prefix;
+  const std::string environment = environment_of(declared, path);
+  const Interpreter interpreter = interpreter_of(environment);
+  const HostFile& host = is_python_process() ? any_host() : host_for(interpreter, environment);
   interpreters().insert(host.version);
-  made.facts.host = host.path;
-  made.facts.module = module_of(host.path);
+  const PythonFacts facts = {environment, interpreter.prefix, host.path, module_of(host.path)};
   if (declared.batches) {
-    made.engine = std::make_unique<DeclaredBatchEngine>(name, path, std::move(declared), made.facts.environment, host);
-  } else {
-    made.engine = std::make_unique<DeclaredEngine>(name, path, std::move(declared), made.facts.environment, host);
+    return std::make_unique<DeclaredBatchEngine>(name, path, std::move(declared), facts, host.version);
   }
-  return made;
+  return std::make_unique<DeclaredEngine>(name, path, std::move(declared), facts, host.version);
 }
+
+PythonFacts python_facts(const Engine& made) { return dynamic_cast<const DeclaredEngine&>(made).facts(); }
 
 }  // namespace assay

@@ -17,11 +17,6 @@ struct PythonFacts {
   std::string host, module;  // the plugin that runs it, and its half in Python
 };
 
-struct PythonAdapter {
-  std::unique_ptr<const Engine> engine;
-  PythonFacts facts;
-};
-
 // Whether this process is an interpreter that has assay as a library.
 bool is_python_process();
 
@@ -36,6 +31,8 @@ void keep_declaration(const std::string& name, const std::string& path, const st
 std::string declare_in_python(const std::string& name, const std::string& path);
 
 // Throws as declare_in_python(), as for an interpreter that is not here.
-PythonAdapter python_adapter(const std::string& name, const std::string& path, const std::string& declaration);
+std::unique_ptr<const Engine> python_engine(const std::string& name, const std::string& path,
+                                            const std::string& declaration);
+PythonFacts python_facts(const Engine& made);
 
 }  // namespace assay

@@ -114,6 +114,12 @@ std::string name_of(const std::string& plugin) {
   return fs::path(plugin).stem().string().substr(std::string_view(kPluginPrefix).size());
 }
 
+// Of adapters in Python, by their paths; "" where it is not known.
+std::map<std::string, std::string>& declarations() {
+  static std::map<std::string, std::string> known;
+  return known;
+}
+
 // What every command asks of an engine without a model. Not build(), which may start a program to ask it for its
 // version.
 void ask(const Engine& engine) {
@@ -191,24 +197,24 @@ Registry::Registry() {
   std::vector<std::string> unknown;
   for (const std::string& plugin : plugins) {
     if (!is_python(plugin)) continue;
-    declared_[plugin] = kept_declaration(name_of(plugin), plugin);
-    if (declared_[plugin].empty() && !is_python_process()) unknown.push_back(plugin);
+    declarations()[plugin] = kept_declaration(name_of(plugin), plugin);
+    if (declarations()[plugin].empty() && !is_python_process()) unknown.push_back(plugin);
   }
-  const PluginTrial trial = try_plugins(plugins, unknown, [this](const std::string& plugin) -> std::string {
+  const PluginTrial trial = try_plugins(plugins, unknown, [&](const std::string& plugin) -> std::string {
     const std::string name = name_of(plugin);
     if (paths_.contains(name)) return "";
-    const bool asks = is_python(plugin) && declared_[plugin].empty();
+    const bool asks = std::ranges::find(unknown, plugin) != unknown.end();
     try {
-      if (asks) declared_[plugin] = declare_in_python(name, plugin);
+      if (asks) declarations()[plugin] = declare_in_python(name, plugin);
     } catch (const std::exception& error) {
       throw RefusedPlugin(error.what());
     }
     load(plugin);
     if (paths_.contains(name)) ask(*owned_.back());
-    return asks ? declared_[plugin] : "";
+    return asks ? declarations()[plugin] : "";
   });
   for (const auto& [plugin, declaration] : trial.told) {
-    declared_[plugin] = declaration;
+    declarations()[plugin] = declaration;
     keep_declaration(name_of(plugin), plugin, declaration);
   }
   for (const std::string& plugin : plugins) {
@@ -220,13 +226,7 @@ Registry::Registry() {
       if (!paths_.contains(name)) absent_.push_back({name, fmt::format("'{}' {}", plugin, found->second)});
     }
   }
-  std::vector<std::string> environments;
-  for (const auto& [name, facts] : python_) {
-    for (const std::string& folder : {facts.environment, facts.prefix}) {
-      if (!folder.empty()) environments.push_back(folder);
-    }
-  }
-  remember_libraries(environments);
+  remember_libraries(environments_);
   for (std::vector<const Engine*>* engines : {&engines_, &other_builds_}) {
     std::ranges::sort(*engines, {}, [](const Engine* engine) { return rank(engine->name()); });
   }
@@ -245,13 +245,16 @@ void Registry::load(const std::string& path) {
   if (paths_.contains(name)) return;
   if (is_python(path)) {
     try {
-      std::string& declaration = declared_[path];
+      std::string& declaration = declarations()[path];
       if (declaration.empty()) declaration = declare_in_python(name, path);
-      PythonAdapter adapter = python_adapter(name, path, declaration);
+      std::unique_ptr<const Engine> engine = python_engine(name, path, declaration);
+      const PythonFacts facts = python_facts(*engine);
+      for (const std::string& folder : {facts.environment, facts.prefix}) {
+        if (!folder.empty()) environments_.push_back(folder);
+      }
       paths_[name] = path;
-      python_[name] = std::move(adapter.facts);
-      engines_.push_back(adapter.engine.get());
-      owned_.push_back(std::move(adapter.engine));
+      engines_.push_back(engine.get());
+      owned_.push_back(std::move(engine));
     } catch (const std::exception& error) {
       absent_.push_back({name, fmt::format("'{}' {}", path, error.what())});
     }
@@ -299,7 +302,7 @@ std::string Registry::plugin_hash(const std::string& engine) const {
   const fs::path plugin = paths_.at(engine);
   if (!is_python(plugin)) return file_hash(plugin);
   // what the engine's answers come from: adapter, pins of its packages, host
-  const PythonFacts& facts = python_.at(engine);
+  const PythonFacts facts = python_facts(**std::ranges::find(engines_, engine, &Engine::name));
   std::vector<std::string> files = {facts.host, facts.module};
   if (fs::is_directory(plugin)) {
     for (const auto& entry : fs::directory_iterator(plugin)) {

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "engines/engine.h"
-#include "engines/python_engine.h"
 
 namespace assay {
 
@@ -79,8 +78,7 @@ class Registry {
   std::vector<const Engine*> engines_, other_builds_;
   std::vector<AbsentEngine> absent_;
   std::map<std::string, std::string> paths_;
-  std::map<std::string, std::string> declared_;  // by the plugins that are adapters in Python; "" where it is not known
-  std::map<std::string, PythonFacts> python_;    // by engine
+  std::vector<std::string> environments_;  // of adapters in Python
 };
 
 // How campaigns name a role: "iterations", "tolerance", "contact_softness", "contact_stiffness", "contact_damping"; ""

@@ -80,7 +80,7 @@ TEST_F(PythonEngineTest, TheEnvironmentSaysWhichInterpreter) {
   const std::string path = adapter();
   for (const char* line : {"version = 3.99.1", "version_info = 3.99.1.final.0"}) {
     environment(line);
-    const PythonFacts facts = python_adapter("still", path, kNothing).facts;
+    const PythonFacts facts = python_facts(*python_engine("still", path, kNothing));
     EXPECT_EQ(facts.environment, fs::weakly_canonical(dir_ / "venv"));
     EXPECT_EQ(facts.prefix, "/opt/python");
     EXPECT_EQ(fs::path(facts.host).filename(), "assay-python-host-3.99.so");
@@ -90,12 +90,12 @@ TEST_F(PythonEngineTest, TheEnvironmentSaysWhichInterpreter) {
 TEST_F(PythonEngineTest, AnInterpreterThatIsNotHereIsNamedWithTheCommand) {
   const std::string path = adapter();
   environment("version = 3.12.4");
-  EXPECT_THAT(message_of<std::runtime_error>([&] { python_adapter("still", path, kNothing); }),
+  EXPECT_THAT(message_of<std::runtime_error>([&] { python_engine("still", path, kNothing); }),
               AllOf(HasSubstr("of Python 3.12, and assay has 3."), HasSubstr("-m venv --clear " + dir_.string())));
   environment("version = 3.99.1");
   // it is there, and no library
-  const PythonAdapter made = python_adapter("still", path, kNothing);
-  EXPECT_THAT(message_of<std::runtime_error>([&] { static_cast<void>(made.engine->check({}, {})); }),
+  const auto made = python_engine("still", path, kNothing);
+  EXPECT_THAT(message_of<std::runtime_error>([&] { static_cast<void>(made->check({}, {})); }),
               AllOf(HasSubstr("engine 'still' is in Python, and"), HasSubstr("3.99.so' cannot be loaded (")));
 }
 
@@ -128,10 +128,10 @@ TEST_F(PythonEngineTest, AProcessHasOneInterpreter) {
   const std::string path = adapter();
   if (!has_host()) GTEST_SKIP() << "no host of adapters in Python is built";
   environment("version = 3.99.1");
-  const PythonAdapter made = python_adapter("still", path, declare_in_python("still", path));  // with what is there
+  const auto made = python_engine("still", path, declare_in_python("still", path));  // with what is there
   // The standard library is enough to check.
-  EXPECT_TRUE(made.engine->check({}, {}).empty());
-  EXPECT_THAT(message_of<std::runtime_error>([&] { static_cast<void>(made.engine->create({}, {}, {})); }),
+  EXPECT_TRUE(made->check({}, {}).empty());
+  EXPECT_THAT(message_of<std::runtime_error>([&] { static_cast<void>(made->create({}, {}, {})); }),
               testing::MatchesRegex("engine 'still' needs Python 3.99, and this process has Python 3.1[13] already: "
                                     "`assay simulate MODEL --engine still` gives it a process of its own"));
 #endif
