@@ -26,6 +26,9 @@ sys.path.insert(0, str(ROOT / "results"))
 import packed  # noqa: E402
 import standing  # noqa: E402
 
+sys.path.insert(0, str(ROOT / "docs"))
+from tables import contacts as contact_tables  # noqa: E402
+
 Point = collections.namedtuple("Point", "contender timestep speed timed worst is_largest is_smallest")
 
 
@@ -577,6 +580,194 @@ def most_world_steps(runs):
     return (f"MuJoCo makes the most: up to {digits(chain[0] / 1e6)} million chain steps and {digits(humanoid[0] / 1e3)} thousand humanoid steps a second (16 worlds, two"
             f" cores). Of those that step all worlds in one call, `newton-steel` makes the most on the chain ({digits(together[0] / 1e3)} thousand), Genesis on the"
             f" humanoid ({digits(others[0] / 1e3)} thousand), on one.")
+
+
+# ---- docs/contact-truth.md -------------------------------------------------------------------------------------------
+
+CONTACTS = "docs/contact-truth.md"
+
+
+def off(runs, system, contender, timestep=1):
+    """The largest distance to the certified solution, m."""
+    error = runs.contacts.value(system, contender, timestep, "truth_error_max")
+    assert error is not None, (system, contender, timestep)
+    return error
+
+
+def mm(error):
+    return f"{1e3 * error:.0f}" if error >= 0.0995 else digits(1e3 * error)
+
+
+def alike(runs, system, contenders, timestep=1):
+    """In mm, of contenders that have the same in the digits of the page."""
+    shown = {mm(off(runs, system, contender, timestep)) for contender in contenders}
+    assert len(shown) == 1, (system, shown)
+    return shown.pop()
+
+
+def floors(runs, system, *contenders):
+    """That the errors do not shrink with the timestep."""
+    for contender in contenders:
+        assert runs.contacts.value(system, contender, 1 / 16, "truth_floor") is not None, (system, contender)
+
+
+@sentence(CONTACTS)
+def how_many_are_close(runs):
+    run, best = runs.contacts, {}
+    for engine, names_ in contact_tables.SHOWN.items():
+        errors = {name: [error for system in run.facts if (error := run.value(system, name, 1, "truth_error_max")) is not None] for name in names_}
+        counted = {name: sum(error <= MM for error in of) for name, of in errors.items() if of}
+        if counted:
+            name = max(counted, key=counted.get)
+            best[name] = counted[name]
+    order = sorted(best, key=lambda name: -best[name])
+    first, *rest = order
+    return (f"At 1 ms `{first}` is within 1 mm on {best[first]} of the {len(run.facts)} systems, " +
+            ", ".join(f"`{name}` on {best[name]}" for name in rest[:-1]) + f" and `{rest[-1]}` on {best[rest[-1]]}; for each engine the best of the contenders in the tables below.")
+
+
+@sentence(CONTACTS)
+def no_contender_on_the_wheel(runs):
+    error = runs.contacts.values("rimless-wheel", 1, "truth_error_max")
+    fine = runs.contacts.values("rimless-wheel", 1 / 16, "truth_error_max")
+    assert min(error.values()) > MM
+    least = min(error, key=error.get)
+    close = [name for name in runs.contacts.contenders if fine.get(name, 1) <= MM]
+    return (f"On the rimless wheel no contender is within 1 mm at 1 ms: `{least}` is at {1e3 * error[least]:.2f} mm, `dart` at {mm(error['dart'])}, `ode-quick` at"
+            f" {mm(error['ode-quick'])}, `mujoco-default` at {mm(error['mujoco-default'])}. At 1/16 ms {names(close)} are.")
+
+
+@sentence(CONTACTS)
+def the_pyramid_inside(runs):
+    box = contact_tables.SlidingBox()
+    error, way = off(runs, "sliding-box", "mujoco-default", 1 / 16), box.way()
+    floors(runs, "sliding-box", "mujoco-default", "mujoco-euler-elliptic")
+    assert math.hypot(*box.pyramid_inside()) > 1.3 * way
+    return (f"`mujoco-default` ends {mm(error)} mm from where the box stops at 1/16 ms, {100 * error / way:.0f} % of its way of {1e3 * way:.0f} mm, and beyond it: its"
+            f" pyramid lies inside the cone. With the elliptic cone (`mujoco-euler-elliptic`) {mm(off(runs, 'sliding-box', 'mujoco-euler-elliptic', 1 / 16))} mm are left.")
+
+
+@sentence(CONTACTS)
+def the_pyramid_around(runs):
+    box, same = contact_tables.SlidingBox(), ("ode-quick", "ode-default", "ode-step", "dart-default")
+    floors(runs, "sliding-box", *same)
+    assert math.hypot(*box.pyramid_around()) < 0.8 * box.way()
+    return (f"ODE and `dart-default` end {alike(runs, 'sliding-box', same, 1 / 16)} mm off, short of it: their pyramid lies around the cone. `dart` turns the pyramid"
+            f" along the slip, and is within {mm(off(runs, 'sliding-box', 'dart', 1 / 16))} mm.")
+
+
+@sentence(CONTACTS)
+def two_directions_scaled(runs):
+    box = contact_tables.SlidingBox()
+    same = ("havok", "havok-default", "jolt-f32", "jolt-f64", "jolt-default", "rapier-default")
+    floors(runs, "sliding-box", *same)
+    x, y = box.scaled()
+    straight = math.degrees(math.atan2(box.vy, box.vx))
+    return (f"Havok, Jolt and `rapier-default` end {alike(runs, 'sliding-box', same, 1 / 16)} mm off, to the side: friction has the right size and a wrong direction, and"
+            f" the box comes to rest at {math.degrees(math.atan2(y, x)):.0f}° in place of {straight:.0f}°.")
+
+
+@sentence(CONTACTS)
+def others_on_the_box(runs):
+    floors(runs, "sliding-box", "rapier-impulse-f64", "bullet-mb", "bullet-si-f64")
+    floors(runs, "incline-boxes", "rapier-impulse-f64")
+    return (f"`rapier-impulse-f64` is {mm(off(runs, 'sliding-box', 'rapier-impulse-f64', 1 / 16))} mm off on this box and"
+            f" {mm(off(runs, 'incline-boxes', 'rapier-impulse-f64', 1 / 16))} mm on the slope, where `rapier-default` is within"
+            f" {mm(off(runs, 'incline-boxes', 'rapier-default', 1 / 16))} mm; `bullet-mb` {mm(off(runs, 'sliding-box', 'bullet-mb', 1 / 16))} mm on this box and"
+            f" {mm(off(runs, 'incline-boxes', 'bullet-mb', 1 / 16))} mm on the slope.")
+
+
+@sentence(CONTACTS)
+def who_follows_the_cone(runs):
+    error = runs.contacts.values("sliding-box", 1, "truth_error_max")
+    close = [name for name in runs.contacts.contenders if error.get(name, 1) <= MM]
+    engines = sorted({runs.contacts.engine(name) for name in close})
+    assert engines == ["dart", "physx"], engines
+    assert all(name in close for name in runs.contacts.contenders if runs.contacts.engine(name) == "physx" and name in error)
+    fine = [1e3 * off(runs, "sliding-box", name, 1) for name in close]
+    return f"Within 1 mm at 1 ms are all contenders of PhysX 5.1, `dart` and `dart-pgs` ({min(fine):.2f} to {max(fine):.2f} mm)."
+
+
+@sentence(CONTACTS)
+def rolling(runs):
+    error = runs.contacts.values("rolling", 1, "truth_error_max")
+    far = [name for name in runs.contacts.contenders if error.get(name, 0) > MM]
+    assert far == ["havok", "havok-default", "jolt-default"], far
+    floors(runs, "rolling", *far)
+    rest = max(value for name, value in error.items() if name not in far)
+    return (f"Bodies that roll down a slope are {mm(error['havok'])} mm off with `havok` and `havok-default` and {mm(error['jolt-default'])} mm with `jolt-default` at 1 ms, and a"
+            f" smaller step does not help; with all others it is {mm(rest)} mm at most.") if mm(error["havok"]) == mm(error["havok-default"]) else "two figures for Havok"
+
+
+@sentence(CONTACTS)
+def the_rod_sticks(runs):
+    error = runs.contacts.values("rod-strike-sticks", 1, "truth_error_max")
+    close = [name for name in runs.contacts.contenders if error.get(name, 1) <= 0.2 * MM]
+    floors(runs, "rod-strike-sticks", "havok", "rapier-impulse-f64", "mujoco-default")
+    ode = [off(runs, "rod-strike-sticks", "ode-quick", h) for h in (1, 1 / 4, 1 / 16)]
+    assert [mm(off(runs, "rod-strike-sticks", "dart", h)) for h in (1, 1 / 4, 1 / 16)] == [mm(value) for value in ode]
+    return (f"{names(close)} are within 0.2 mm at 1 ms; `mujoco-default` is {mm(error['mujoco-default'])} mm off, `rapier-impulse-f64` {mm(error['rapier-impulse-f64'])},"
+            f" `havok` {mm(error['havok'])}, and these do not shrink. `ode-quick` and `dart` are {mm(ode[0])} mm off at 1 ms, {mm(ode[1])} at 1/4 and {mm(ode[2])} at 1/16:")
+
+
+@sentence(CONTACTS)
+def softness(runs):
+    shown = {}
+    for system in ("joint-stops", "ball-row", "rod-strike-sticks", "box-stack"):
+        floors(runs, system, "mujoco-default")
+        shown[system] = off(runs, system, "mujoco-default")
+    return (f"`mujoco-default` keeps {mm(shown['joint-stops'])} mm on the joints' stops, {mm(shown['ball-row'])} mm on the row of balls, {mm(shown['rod-strike-sticks'])} mm on the"
+            f" rod that sticks and {mm(shown['box-stack'])} mm on the stack at 1 ms, and a smaller step takes none of it away:")
+
+
+@sentence(CONTACTS)
+def the_grip(runs):
+    error = runs.contacts.values("grip-holds", 1, "truth_error_max")
+    still = [name for engine in contact_tables.SHOWN.values() for name in engine if error.get(name, 1) <= 0.1 * MM]
+    return (f"At 1 ms {names(still)} are within 0.1 mm of rest. `mujoco-default` is {mm(error['mujoco-default'])} mm off, `mujoco-euler-elliptic` by"
+            f" {mm(error['mujoco-euler-elliptic'])} and `mujoco-euler-noslip` by {mm(error['mujoco-euler-noslip'])}, `bullet-default` by {mm(error['bullet-default'])}, `rapier-default` by"
+            f" {mm(error['rapier-default'])}, `havok-default` by {mm(error['havok-default'])}.")
+
+
+@sentence(CONTACTS)
+def an_exact_solver_gives_up(runs):
+    cells = runs.contacts.cells("grip-holds")["ode-step"]
+    assert {h: at["truth"][0] for h, at in cells.items()} == {1 / 16: "ok", 1 / 4: "diverged", 1: "diverged", 4: "diverged"}
+    other = [(system, name, h) for system in runs.contacts.facts for name, steps in runs.contacts.cells(system).items() for h, at in steps.items()
+             for outcome, _ in at.values() if outcome not in ("ok", "unsupported") and (system, name) != ("grip-holds", "ode-step")]
+    assert not other, other
+    return "`ode-step` gives up on the grip at 1/4, 1 and 4 ms (its exact solver finds no solution). No other run of the campaign failed."
+
+
+@sentence(CONTACTS)
+def the_slipping_grip(runs):
+    assert 0.9 < runs.contacts.value("grip-slips", "dart", 1, "truth_order") < 1.1
+    floors(runs, "grip-slips", "rapier-impulse-f64")
+    return (f"Where the grip slips, `dart` is {mm(off(runs, 'grip-slips', 'dart'))} mm off at 1 ms and {mm(off(runs, 'grip-slips', 'dart', 1 / 16))} at 1/16, in first order;"
+            f" `rapier-impulse-f64` keeps {mm(off(runs, 'grip-slips', 'rapier-impulse-f64'))} mm.")
+
+
+@sentence(CONTACTS)
+def the_closed_loop(runs):
+    error = runs.contacts.values("four-bar", 1, "truth_error_max")
+    far = {name for name in error if error[name] > 2 * MM}
+    assert far == {"havok", "havok-default", "jolt-f32", "jolt-f64", "jolt-default"}, far
+    floors(runs, "four-bar", "havok")
+    assert len({mm(error[name]) for name in far if name.startswith("jolt")}) == 1
+    assert 0.9 < runs.contacts.value("four-bar", "jolt-f64", 1, "truth_order") < 1.1
+    rest = max(value for name, value in error.items() if name not in far)
+    cells = runs.contacts.cells("four-bar")
+    assert {runs.contacts.engine(name) for name in cells if cells[name][1].get("truth", ("",))[0] == "unsupported"} == {"bullet-f64", "dart"}
+    havok = [off(runs, "four-bar", "havok", h) for h in cells["havok"]]
+    return (f"`havok` is {mm(min(havok))} to {mm(max(havok))} mm off at every timestep, `havok-default` {mm(error['havok-default'])} mm at 1 ms; Jolt's three contenders are {mm(error['jolt-f64'])} mm off at 1 ms, in first order; the others are within {mm(rest)} mm at 1 ms."
+            " The adapters of Bullet's rigid bodies and of DART refuse it.")
+
+
+@sentence(CONTACTS)
+def smaller_is_not_always_better(runs):
+    return (f"`physx-art-tgs4` goes from {mm(off(runs, 'rod-strike-slips', 'physx-art-tgs4'))} mm at 1 ms to {mm(off(runs, 'rod-strike-slips', 'physx-art-tgs4', 1 / 16))} at 1/16 on"
+            f" the rod that slips, `bullet-default` from {mm(off(runs, 'rimless-wheel', 'bullet-default'))} to {mm(off(runs, 'rimless-wheel', 'bullet-default', 1 / 16))} on the"
+            " wheel.")
 
 
 # ---- policies --------------------------------------------------------------------------------------------------------

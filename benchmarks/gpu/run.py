@@ -7,6 +7,7 @@ call goes on where the first one stopped. A cell that cannot be measured has an 
 
 import argparse
 import collections
+import fcntl
 import json
 import os
 import selectors
@@ -30,7 +31,7 @@ for name in sys.argv[1:]:
     print("" if found else name)
 """
 ALL = [1, 4096, 64, 16384, 1024, 16, 256, 4]  # in order of worth
-MODELS = ["humanoid", "quadruped", "capsules-27"]
+MODELS = ["humanoid", "quadruped", "capsules-27", "g1"]
 
 
 class Job:
@@ -50,13 +51,19 @@ def jobs_by_worth(device):
     for model in MODELS:
         # XLA compiles for each number of worlds, so each has a process
         found += [Job("mjx", model, [worlds], cuda) for worlds in (ALL if model != "capsules-27" else ALL[:3])]
-        found.append(Job("genesis", model, ALL))
+        found.append(Job("genesis", model, [4096, 1024, 1, 16384, 64]))
         found.append(Job("mujoco-warp", model, ALL))
         found.append(Job("newton-mujoco", model, ALL))
         found.append(Job("newton-steel", model, ALL))
     for model in MODELS[:2]:
         found += [Job("mjx-3-iterations", model, [worlds], cuda) for worlds in (4096, 1024, 16384)]
         found.append(Job("mujoco-warp-3-iterations", model, [4096, 1024, 16384]))
+    for model in ("g1",):
+        found += [Job("mjx-3-iterations", model, [worlds], cuda) for worlds in (4096, 1024, 16384)]
+        found.append(Job("mujoco-warp-3-iterations", model, [4096, 1024, 16384]))
+    repeatable = {**cuda, "XLA_FLAGS": "--xla_gpu_deterministic_ops=true"}
+    found.append(Job("mujoco-warp-deterministic", "humanoid", [1, 1024, 4096, 16384]))
+    found += [Job("mjx-deterministic", "humanoid", [worlds], repeatable) for worlds in (1024, 1)]
     found += [Job("mjx-tf32", "humanoid", [worlds], fast) for worlds in (1, 4096, 64)]
     found.append(Job("mujoco-warp-anchor", "humanoid", [8192, 4096, 1024]))
     found += [Job("genesis-double", model, [1, 4096, 64, 1024]) for model in MODELS[:1]]
@@ -150,6 +157,7 @@ class Runner:
                     file.write(b"\n")
         self.children, self.number, self.waiting, self.on_device = [], 0, [], None
         self.no_room = {}
+        self.lock, self.has_lock, self.lock_from = open(options.lock, "a", encoding="utf-8") if options.lock else None, False, 0.0
 
     def write(self, path, row):
         with open(path, "a", encoding="utf-8") as file:
@@ -171,6 +179,24 @@ class Runner:
             rate = f"{record.get('worlds_stepped', worlds) * record['steps_in_window'] / middle:.3g} world-steps/s"
         print(f"[{self.options.seconds - self.left():5.0f} s] {cell}: {outcome} {rate} {reason[:160]}", flush=True)
 
+    def takes_device(self):
+        """Whether no other run.py that was given the same file measures."""
+        if not self.lock:
+            return True
+        if time.monotonic() < self.lock_from:
+            return False
+        try:
+            fcntl.flock(self.lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            return False
+        self.has_lock = True
+        return True
+
+    def give_device(self):
+        if self.has_lock:
+            fcntl.flock(self.lock, fcntl.LOCK_UN)
+            self.has_lock, self.lock_from = False, time.monotonic() + 0.5  # the others' turn
+
     def left(self):
         return self.deadline - time.monotonic()
 
@@ -184,7 +210,8 @@ class Runner:
             if not os.path.exists(os.path.join(self.options.models, job.model + ".json")):
                 print(f"{job.contender}, {job.model}: '{job.model}.json' is missing in {self.options.models}: make it with prepare.py")
                 continue
-            job.worlds = [worlds for worlds in job.worlds if cell_of(job.contender, job.model, worlds, device) not in self.done and
+            only = [int(each) for each in self.options.worlds.split(",")] if self.options.worlds else job.worlds
+            job.worlds = [worlds for worlds in job.worlds if worlds in only and cell_of(job.contender, job.model, worlds, device) not in self.done and
                           (job.alone or worlds <= self.options.most)]
             if job.worlds:
                 self.waiting.append(job)
@@ -308,8 +335,9 @@ class Runner:
             for child in list(self.children):
                 self.hear(child)
             if self.on_device is None:
+                self.give_device()
                 ready = [child for child in self.children if child.is_ready]
-                if ready:
+                if ready and self.takes_device():
                     self.on_device = ready[0]
                     ready[0].go()
             for child in list(self.children):
@@ -353,6 +381,8 @@ def main():
     parser.add_argument("--scratch", default="", help="folder for logs and compiled code, by default in the temporary folder")
     parser.add_argument("--newton-site", default="", help="folder with Newton, its MuJoCo and its MuJoCo Warp")
     parser.add_argument("--cell-seconds", type=float, default=4.0)
+    parser.add_argument("--lock", default="", help="file, by which several of these scripts take the device in turns")
+    parser.add_argument("--worlds", default="", help="numbers of worlds, with commas; by default all of the list")
     parser.add_argument("--wait-from", type=int, default=1024)
     parser.add_argument("--measure-limit", type=float, default=60.0)
     parser.add_argument("--compile-limit", type=float, default=300.0)

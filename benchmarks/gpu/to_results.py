@@ -19,6 +19,8 @@ from worker import CONTENDERS, FINE_WORLDS, KEPT, load_adapter, settings_of
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BOUND_M = 1e-5  # src/measures/batch.cc: what rounding in single precision explains
+OPTIONS = {"mjx-deterministic": "XLA_FLAGS=--xla_gpu_deterministic_ops=true",
+           "mujoco-warp-deterministic": "option.deterministic: contacts, constraints and atomics"}
 OUTCOMES = {"ok": "ok", "out-of-memory": "crashed", "missing": "unsupported"}
 COLUMNS = ("contender", "model", "worlds", "outcome", "reason", "threads", "world_steps_per_s", "low", "high", "simulated_s_per_s",
            "single_step_ms", "first_step_s", "create_s", "memory_bytes_per_world", "process_gpu_bytes", "from_alone_m", "compared_worlds",
@@ -201,6 +203,8 @@ class Results:
         if record["contender"] == "mujoco-rollout":
             capabilities.update(precision="double", threads=record["threads"], other="MuJoCo's own rollout")
         defaults = {each.name: each for each in engine.settings()}
+        if record["contender"] in OPTIONS:
+            capabilities["other"] = OPTIONS[record["contender"]]
         capabilities["changes"] = [{"setting": key, "value": str(value), "default": str(defaults[key].default), "unit": defaults[key].unit,
                                     "meaning": defaults[key].meaning} for key, value in chosen.items()]
         capabilities.update(contact_forces="not given", deviations=[])

@@ -6,6 +6,7 @@ input. The adapters of src/engines step the worlds; this program stands for the 
 
 import argparse
 import base64
+import faulthandler
 import gc
 import hashlib
 import importlib.machinery
@@ -30,11 +31,13 @@ CONTENDERS = {
     "mjx": ("mjx", {"precision": "single"}),
     "mjx-tf32": ("mjx", {"precision": "single"}),  # as JAX multiplies by itself
     "mjx-3-iterations": ("mjx", {"precision": "single", "iterations": 3, "ls_iterations": 5}),
+    "mjx-deterministic": ("mjx", {"precision": "single"}),  # XLA_FLAGS of its job
     "genesis": ("genesis", {"precision": "single"}),
     "genesis-static": ("genesis", {"precision": "single", "static_arrays": True}),
     "genesis-double": ("genesis", {"precision": "double"}),
     "mujoco-warp": ("mujoco-warp", {}),
     "mujoco-warp-3-iterations": ("mujoco-warp", {"iterations": 3}),
+    "mujoco-warp-deterministic": ("mujoco-warp", {}),  # repeat_sums
     "newton-mujoco": ("newton", {"solver": "mujoco"}),
     "newton-steel": ("newton", {"solver": "steel"}),
     "stand-in": ("", {}),
@@ -178,6 +181,20 @@ def remember(holder, name, is_write=False):
     setattr(holder, name, write if is_write else compute)
 
 
+def repeat_sums():
+    """MuJoCo Warp with all of its options for the same bits in each run."""
+    import mujoco_warp
+
+    original = mujoco_warp.put_model
+
+    def put_model(*arguments, **named):
+        engine = original(*arguments, **named)
+        engine.opt.deterministic = mujoco_warp.DeterminismType.ALL
+        return engine
+
+    mujoco_warp.put_model = put_model
+
+
 class Subject:
     def __init__(self, options):
         self.options = options
@@ -185,6 +202,8 @@ class Subject:
         assay, self.engine = load_adapter(options.root, folder, options.cache)
         import numpy
 
+        if options.contender == "mujoco-warp-deterministic":
+            repeat_sums()
         self.assay, self.np, self.folder, self.chosen = assay, numpy, folder, chosen
         assay._numpy = numpy
         with open(options.model, encoding="utf-8") as file:
@@ -382,8 +401,8 @@ def run(options):
         else:
             subject = Subject(options)
         assay = subject.assay
-        # XLA compiles for each number of worlds: not while it has the device
-        wait_from = options.wait_from if subject.folder != "mjx" else float("inf")
+        # XLA compiles for each number of worlds, Genesis for minutes: not while they have the device
+        wait_from = options.wait_from if subject.folder not in ("mjx", "genesis") else float("inf")
         if options.worlds[0] >= wait_from:
             subject.made(1)  # the others compile once for all
         for worlds in options.worlds:
@@ -409,6 +428,10 @@ def run(options):
                 "versions": versions(), "settings": dict(subject.settings)}, states=states)
             del batch
             gc.collect()
+        if subject.folder == "genesis":  # another process finds its kernels, which it writes when it ends
+            import genesis_start
+
+            genesis_start.stop()
     except Exception as error:
         outcome, reason = outcome_of(error, assay)
         import traceback
@@ -437,6 +460,8 @@ if __name__ == "__main__":
     os.dup2(2, 1)  # what engines print belongs to the log
     given = parsed()
     os.makedirs(given.cache, exist_ok=True)
+    if given.contender.startswith("genesis"):
+        faulthandler.dump_traceback_later(30, repeat=True)  # the log says what takes long
     if given.contender in ("mujoco-rollout", "mujoco-warp-anchor"):
         import baselines
 

@@ -1,6 +1,7 @@
-"""The table and the figures of many-worlds.md.
+"""The tables and the figures of many-worlds.md.
 
-RESULTS is a folder with checks.csv, as results/gpu-2026-11-26.
+RESULTS are folders with checks.csv, as results/gpu-2026-11-26. The first has the models of the first table and of the figures. The G1
+and the options for the same bits are of the first folder that has them.
 """
 
 import csv
@@ -41,6 +42,45 @@ def figure(rows, model):
     (DOCS / f"many-worlds-{model}.svg").write_text(plot.svg(), "utf-8")
 
 
+def cell(row):
+    """A rate; of worlds that are not those of a run alone, with this."""
+    if row is None:
+        return "-"
+    return rate(row["world_steps_per_s"]) if row["outcome"] == "ok" else row["outcome"]
+
+
+def measured(row):
+    """A rate with its interval, also of worlds that are not those of a run alone."""
+    if row is None or not row["world_steps_per_s"]:
+        return "-" if row is None else row["outcome"]
+    return f"{rate(row['world_steps_per_s'])} ({rate(row['low'])} to {rate(row['high'])})" + (
+        ", *diverged*" if row["outcome"] == "diverged" else "")
+
+
+def having(results, wanted):
+    """Rows of the first results that have a row that is wanted."""
+    return next((rows for rows in results if any(map(wanted, rows))), [])
+
+
+def table_of_g1(rows):
+    lines = []
+    for name in COLORS:
+        own = {int(row["worlds"]): row for row in rows if row["model"] == "g1" and row["contender"] == name}
+        if own:
+            memory = float(own[max(own)]["memory_bytes_per_world"])
+            lines.append([f"`{name}`", *(measured(own.get(worlds)) for worlds in (1, 64, 1024, 4096, 16384)), f"{memory / 1e3:.0f} kB"])
+    return markdown(["engine", "1 world", "64", "1024", "4096", "16,384", "memory a world"], lines)
+
+
+def table_of_bits(rows):
+    lines = []
+    for name in ("mjx", "mjx-deterministic", "mujoco-warp", "mujoco-warp-deterministic"):
+        for row in sorted((row for row in rows if row["model"] == "humanoid" and row["contender"] == name), key=lambda row: int(row["worlds"])):
+            other = f"{row['worlds_with_other_bits']}" if row["worlds_with_other_bits"] else "-"
+            lines.append([f"`{name}`", f"{int(row['worlds']):,}" if int(row["worlds"]) >= 10000 else row["worlds"], measured(row), other])
+    return markdown(["contender", "humanoids", "world-steps per second", "worlds with other bits"], lines)
+
+
 def table(rows):
     lines = []
     for model in MODELS:
@@ -50,20 +90,23 @@ def table(rows):
                 continue
             cells = []
             for worlds in (1, 64, 1024, 4096, 16384):
-                row = own.get(worlds)
-                cells.append("-" if row is None else rate(row["world_steps_per_s"]) if row["outcome"] == "ok" else row["outcome"])
+                cells.append(cell(own.get(worlds)))
             memory = [float(row["memory_bytes_per_world"]) for _, row in sorted(own.items()) if row["memory_bytes_per_world"]]
             lines.append([model, f"`{name}`", *cells, f"{memory[-1] / 1e3:.0f} kB"])
     return markdown(["robot", "engine", "1 world", "64", "1024", "4096", "16,384", "memory a world"], lines)
 
 
 def add_arguments(parser):
-    parser.add_argument("results", metavar="RESULTS", type=pathlib.Path)
+    parser.add_argument("results", metavar="RESULTS", type=pathlib.Path, nargs="+")
 
 
 def update(options):
-    with open(options.results / "checks.csv", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+    results = []
+    for folder in options.results:
+        with open(folder / "checks.csv", encoding="utf-8") as file:
+            results.append(list(csv.DictReader(file)))
     for model in MODELS:
-        figure(rows, model)
-    write(DOCS / "many-worlds.md", {"worlds": table(rows)})
+        figure(results[0], model)
+    g1 = having(results, lambda row: row["model"] == "g1")
+    bits = having(results, lambda row: row["contender"].endswith("-deterministic"))
+    write(DOCS / "many-worlds.md", {"worlds": table(results[0]), "worlds-g1": table_of_g1(g1), "worlds-bits": table_of_bits(bits)})

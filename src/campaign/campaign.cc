@@ -21,10 +21,12 @@
 #include "campaign/load_keys.h"
 #include "campaign/roster.h"
 #include "campaign/section.h"
+#include "campaign/solution_file.h"
 #include "campaign/sweep.h"
 #include "controls/policy_config.h"
 #include "isolate/activity.h"
 #include "load/mjcf.h"
+#include "measures/accuracy.h"
 #include "measures/batch.h"
 #include "model/joint.h"
 
@@ -111,10 +113,30 @@ GraspBodies grasp_of(const Section& section, const Model& model) {
   return grasp;
 }
 
+// A solution that is a file.
+void read_solution(const Section& section, CampaignSystem& system) {
+  if (!system.solution.ends_with(".csv")) return;
+  at_node(section, section.find("solution"), [&] {
+    system.solution = section.path_from(system.solution);
+    const std::string text = solution_text(system.solution);
+    system.solution_hash = content_hash(text);
+    system.solution_states =
+        solution_from_text(system.model, text, system.solution,
+                           sample_times(system.model.initial.time, system.duration_s, system.sample_ms));
+  });
+}
+
 // What measures need of their system.
 void check_measures(const Section& section, const CampaignSystem& system, const Control& control) {
-  const MeasuredSystem asked = {system.model, control.is_zero(), control.policy() != nullptr, !system.family.empty(),
-                                system.grasp};
+  const MeasuredSystem asked = {
+      system.model,      control.is_zero(), control.policy() != nullptr,  !system.family.empty(), system.grasp,
+      system.duration_s, system.solution,   !system.solution_hash.empty()};
+  if (!system.solution.empty() && !system.has(Reads::kSolution)) {
+    section.fail(section.find("solution"),
+                 fmt::format("system '{}' has a solution that nothing is compared with: add 'truth' to its measures, "
+                             "or leave the solution out",
+                             system.name));
+  }
   for (const Measure* measure : system.measures) {
     const std::string obstacle = measure->obstacle == nullptr ? "" : measure->obstacle(asked);
     if (!obstacle.empty()) section.fail(section.find("measures"), fmt::format("system '{}' {}", system.name, obstacle));
@@ -471,6 +493,7 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults, long 
                              "campaign",
                              system.name));
   }
+  read_solution(section, system);
   check_measures(section, system, *control);
   check_control(section, system, *control);
   return system;
@@ -669,6 +692,10 @@ double CampaignSystem::grid_ms() const {
   return has(Reads::kPieces) ? grid : sample_ms;
 }
 
+std::string solution_content(const CampaignSystem& system) {
+  return system.solution_hash.empty() ? system.solution : "file " + system.solution_hash;
+}
+
 nlohmann::json system_content(const CampaignSystem& system) {
   std::vector<std::string> measures;
   measures.reserve(system.measures.size());
@@ -683,6 +710,7 @@ nlohmann::json system_content(const CampaignSystem& system) {
                             {"timing_ms", system.timing_ms},
                             {"reference_ms", system.reference_ms}};
   if (!system.family.empty()) content["family"] = system.family;
+  if (!system.solution.empty()) content["solution"] = solution_content(system);
   if (!system.worlds.empty()) content["worlds"] = system.worlds;
   if (!system.more_pieces_ms.empty()) content["more_pieces_ms"] = system.more_pieces_ms;
   if (system.pushes.any()) content["push"] = pushes_content(system.pushes);

@@ -51,7 +51,12 @@ struct CampaignSystem {
   double push_sample_ms = 0;  // sample_ms as the campaign has it: reruns may take more samples
   ControlSpec control;
   GraspBodies grasp;
-  std::vector<int> worlds;               // of 'batch', ascending
+  std::vector<int> worlds;  // of 'batch', ascending
+  // What `truth` compares with: the name of a certified solution, the path of a file (.csv), or "" for the reference
+  // solution of smooth systems.
+  std::string solution;
+  std::vector<State> solution_states;    // of a file: its states at the samples, but for the initial one
+  std::string solution_hash;             // of a file: its content's
   std::string family;                    // of systems that differ only in size, "" for none
   std::vector<const Measure*> measures;  // in the order of measures()
   std::vector<double> timesteps_ms;      // ascending, the reference's among them where consistency is measured
@@ -93,6 +98,8 @@ struct CampaignContender {
 
 // What the campaign's hash and the stored results have in common of a system.
 nlohmann::json system_content(const CampaignSystem& system);
+// What decides the solution beside the model: a name or a file's content; "" where none is named.
+std::string solution_content(const CampaignSystem& system);
 // Everything that decides which states they are, but for the model.
 nlohmann::json initial_states_content(const InitialStates& states);
 // The same of pushes; null for none.

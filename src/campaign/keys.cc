@@ -7,6 +7,7 @@
 
 #include "base/text.h"
 #include "load/load_options.h"
+#include "measures/reference/certified.h"
 
 namespace assay {
 namespace {
@@ -121,6 +122,16 @@ std::string campaign_keys_markdown() {
       "`assay list campaign-keys > docs/campaign-keys.md` writes this page.\n";
   text += section_text("The campaign", "At the top of the file.", rows_of(kCampaignKeys));
   text += section_text("[[system]]", "One table for each system.", rows_of(kSystemKeys));
+  text +=
+      "\n## Solutions\n\nMotions that `truth` compares with where a system names their `solution`. A model may have "
+      "other sizes, masses, friction and\nstarts than those of assay. `solution = \"file.csv\"` gives a motion of "
+      "one's own "
+      "instead, as `assay simulate` writes it: a header\n`time,body,x,y,z` and a line for each body and sample with "
+      "the position of the centre of mass (m); orientations and\nvelocities may follow.\n\n| solution | of |\n| --- | "
+      "--- |\n";
+  for (const CertifiedSolution& solution : certified_solutions()) {
+    text += fmt::format("| `{}` | {} |\n", solution.name, solution.about);
+  }
   text += section_text("[[system]]: how the model is read",
                        "As the options of `assay check`. Paths count from the campaign's folder.", load_rows());
   text += section_text("[[system]]: how the model is changed", "After it was read.", rows_of(kVariantKeys));

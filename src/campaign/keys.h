@@ -113,6 +113,10 @@ inline constexpr auto kSystemKeys = std::to_array<Key<CampaignSystem>>({
      "For `batch`: how many worlds are stepped at once. They start around moments of the contender's own run, as "
      "`perturbation` says",
      "none"},
+    {"solution", "\"slide-and-roll\"",
+     "For `truth`: the certified solution of a motion with contacts, limits or dry friction, see "
+     "[Solutions](#solutions), or a CSV file with the states of one",
+     "the reference solution of smooth systems", &CampaignSystem::solution},
     {"family", "\"capsules\"", "For `scaling`: systems of one family differ only in size", nullptr,
      &CampaignSystem::family},
 });

@@ -7,6 +7,16 @@
 
 namespace assay {
 
+std::vector<double> sample_times(double start, double duration_s, double sample_ms) {
+  const long long samples = std::llround(1000 * duration_s / sample_ms);
+  std::vector<double> times;
+  times.reserve(static_cast<size_t>(samples));
+  for (long long i = 1; i <= samples; ++i) {
+    times.push_back(start + duration_s * static_cast<double>(i) / static_cast<double>(samples));
+  }
+  return times;
+}
+
 double position_error(const State& a, const State& b) {
   assert(!a.bodies.empty() && a.bodies.size() == b.bodies.size());
   double sum = 0;

@@ -9,6 +9,9 @@
 
 namespace assay {
 
+// The times of a run's samples, s, but for its start: at `start` + k `sample_ms`, to the run's end.
+std::vector<double> sample_times(double start, double duration_s, double sample_ms);
+
 // Mean over bodies of the distance between their centres of mass, m. Both states belong to one model (assert).
 double position_error(const State& a, const State& b);
 

@@ -3,19 +3,47 @@
 
 #include <fmt/format.h>
 
+#include "base/errors.h"
+#include "base/text.h"
 #include "measures/accuracy.h"
 #include "measures/measure.h"
+#include "measures/reference/certified.h"
 #include "measures/reference/smooth.h"
 
 namespace assay {
 namespace {
 
+// Whether the named solution is one of this model: it says so itself.
+std::string solution_obstacle(const MeasuredSystem& system) {
+  const CertifiedSolution* solution = find_certified_solution(system.solution);
+  if (solution == nullptr) {
+    std::vector<std::string> names;
+    for (const CertifiedSolution& each : certified_solutions()) names.emplace_back(each.name);
+    return fmt::format("names the solution '{}', which does not exist{}: there are {}", system.solution,
+                       did_you_mean(system.solution, names), join(names, ", "));
+  }
+  if (!system.passive) {
+    return fmt::format("has the solution '{}', which is of a passive motion: leave its control out", system.solution);
+  }
+  try {
+    constexpr double kMoments = 128;  // of the run, at which it says whether it holds
+    solution->solve(system.model,
+                    sample_times(system.model.initial.time, system.duration_s, 1000 * system.duration_s / kMoments));
+  } catch (const InputError& error) {
+    return fmt::format("cannot be measured against its solution: {}; '{}' is of {}", error.what(), solution->name,
+                       solution->about);
+  }
+  return "";
+}
+
 std::string truth_obstacle(const MeasuredSystem& system) {
+  if (system.has_solution_file) return "";
+  if (!system.solution.empty()) return solution_obstacle(system);
   const std::string obstacle = smooth_obstacle(system.model);
   if (obstacle.empty() && system.passive) return "";
   return fmt::format(
       "cannot be measured against the truth, which needs a smooth, passive motion: {}; leave 'truth' out of its "
-      "measures",
+      "measures, or name a certified 'solution' of it",
       obstacle.empty() ? "its control is not passive" : obstacle);
 }
 
@@ -39,23 +67,27 @@ Measure truth_measure() {
   return {
       .name = "truth",
       .reads = Reads::kSolution,
-      .values =
-          {{"truth_error_max", "m", "Error against the reference solution", "error", kLow, kPlot, kLimit,
-            "mean distance of the bodies from an independent, error-controlled solution, the largest of the run's "
-            "samples",
-            0},
-           {"truth_error_rms", "m", "Error against the reference solution, RMS", "error (RMS)", kLow, kPlot, kLimit,
-            "mean distance of the bodies from an independent, error-controlled solution, root mean square over the run",
-            0},
-           {"truth_error", "m", "Error against the reference solution, at the end", "error at the end", kLow, kPlot,
-            kLimit, "mean distance of the bodies from an independent, error-controlled solution at the end of the run",
-            0},
-           {"truth_floor", "m", "Error floor", "error floor", kNone, kNo, kNo,
-            "error that stays however small the timestep, far above rounding: not an integration error", 12},
-           {"truth_rounding", "m", "Rounding part of the error", "rounding", kNone, kNo, kNo,
-            "estimate of the part of the error against the reference solution that rounding explains", 12},
-           {"truth_order", "1", "Observed order", "observed order", kNone, kNo, kNo,
-            "slope of the error against the reference solution between this timestep and the next smaller one", 15}},
+      .values = {{"truth_error_max", "m", "Error against the reference solution", "error", kLow, kPlot, kLimit,
+                  "mean distance of the bodies from an independent solution, certified or error-controlled, the "
+                  "largest of the run's samples",
+                  0},
+                 {"truth_error_rms", "m", "Error against the reference solution, RMS", "error (RMS)", kLow, kPlot,
+                  kLimit,
+                  "mean distance of the bodies from an independent solution, certified or error-controlled, root mean "
+                  "square over the run",
+                  0},
+                 {"truth_error", "m", "Error against the reference solution, at the end", "error at the end", kLow,
+                  kPlot, kLimit,
+                  "mean distance of the bodies from an independent solution, certified or error-controlled, at the end "
+                  "of the run",
+                  0},
+                 {"truth_floor", "m", "Error floor", "error floor", kNone, kNo, kNo,
+                  "error that stays however small the timestep, far above rounding: not an integration error", 12},
+                 {"truth_rounding", "m", "Rounding part of the error", "rounding", kNone, kNo, kNo,
+                  "estimate of the part of the error against the reference solution that rounding explains", 12},
+                 {"truth_order", "1", "Observed order", "observed order", kNone, kNo, kNo,
+                  "slope of the error against the reference solution between this timestep and the next smaller one",
+                  15}},
       .obstacle = truth_obstacle,
       .of_run = truth_values};
 }

@@ -1,7 +1,8 @@
-"""Committed results, docs/claims.md, docs/engines.md and docs/settings.md: the pages agree with the results, and no file names a path of the
-machine."""
+"""Committed results, docs/claims.md, docs/contact-truth.md, docs/engines.md and docs/settings.md: the pages agree with the results, and no file names
+a path of the machine."""
 
 import lzma
+import math
 import re
 import subprocess
 import sys
@@ -9,7 +10,7 @@ import sys
 from harness import SOURCE, AssayTest, main
 
 sys.path.insert(0, str(SOURCE / "docs"))
-from tables import claims, common  # noqa: E402
+from tables import claims, common, contacts  # noqa: E402
 
 RESULTS = SOURCE / "results/intel-xeon-2-cores"
 PAGE = SOURCE / "docs/claims.md"
@@ -72,6 +73,39 @@ class ClaimsPageTest(AssayTest):
                         results["builds"], "--pages", self.dir], check=True, env=self.env)
         for name, text in pages.items():
             self.assertEqual((self.dir / name).read_text(encoding="utf-8"), text, "write it with docs/update.py settings")
+
+    def test_the_page_of_contacts_says_what_its_results_say(self):
+        page = SOURCE / "docs/contact-truth.md"
+        text = page.read_text(encoding="utf-8")
+        results = SOURCE / "results" / re.search(r"results/(contacts-[\d-]+)/README", text).group(1) / "assay.sqlite.xz"
+        again = self.write("contact-truth.md", text)
+        subprocess.run([sys.executable, "-B", SOURCE / "docs/update.py", "contacts", results, "--page", again], check=True, env=self.env)
+        self.assertEqual(again.read_text(encoding="utf-8"), text, "write it with docs/update.py contacts")
+        self.assertEqual(again.with_suffix(".svg").read_bytes(), page.with_suffix(".svg").read_bytes(), "write it with docs/update.py contacts")
+
+    # The same braking in short steps.
+    def test_where_laws_of_friction_let_the_box_stop(self):
+        box = contacts.SlidingBox()
+        a, (x_side, y_side, z) = box.a, box.half
+        free = [1 / (1 + 3 * z ** 2 / (side ** 2 + z ** 2)) for side in (x_side, y_side)]
+
+        def towards(x, y):
+            size = math.hypot(x, y)
+            return a * x / size, a * y / size
+
+        def inside(vx, vy):
+            if abs(vx - vy) < 1e-4:  # about a step
+                return a / 2, a / 2
+            return (a, 0) if vx > vy else (0, a)
+        laws = {box.cone: towards, box.scaled: lambda vx, vy: towards(free[0] * vx, free[1] * vy), box.pyramid_inside: inside,
+                box.pyramid_around: lambda vx, vy: (a * (vx > 0), a * (vy > 0))}
+        for law, braking in laws.items():
+            vx, vy, x, y, step = box.vx, box.vy, 0, 0, 2e-5
+            while math.hypot(vx, vy) > 2e-4:
+                ax, ay = braking(vx, vy)
+                vx, vy = max(0, vx - step * ax), max(0, vy - step * ay)
+                x, y = x + step * vx, y + step * vy
+            self.assertLess(math.dist((x, y), law()), 1e-4, law.__name__)
 
 
 if __name__ == "__main__":

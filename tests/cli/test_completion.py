@@ -32,7 +32,7 @@ class Completion(AssayTest):
         self.assertIn("free-fall", self.offers("conformance", "--test", "free"))
         self.assertEqual(self.offers("export", "results", "--format", ""), ["csv", "json"])
         self.assertEqual(self.offers("compare", "a", "b", "--format", ""), ["markdown", "json", "csv"])
-        self.assertEqual(self.offers("list", ""), ["engines", "systems"])
+        self.assertEqual(self.offers("list", ""), ["engines", "systems", "campaign-keys"])
         self.assertIn("hold", self.offers("simulate", "planar-chain", "--control", ""))
         self.assertEqual(self.offers("simulate", "planar-chain", "--timestep", ""), [])
 

@@ -10,7 +10,7 @@ import sys
 
 import assay_adapter as assay
 
-FEATURES = ("slide", "ball", "ball-spring", "ball-armature", "massless", "box", "cylinder", "ellipsoid", "hull", "height-field")
+FEATURES = ("slide", "ball", "ball-spring", "ball-armature", "massless", "box", "cylinder", "ellipsoid", "hull", "height-field", "dry-friction")
 
 
 def plain(part):

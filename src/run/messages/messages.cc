@@ -67,7 +67,7 @@ void fields(auto& is, Of<RunJob> auto& m) {
   is("against", m.against)("keep", m.keep)("keep_state", m.keep_state);
 }
 void fields(auto& is, Of<TruthJob> auto& m) {
-  is("model", m.model)("duration_s", m.duration_s)("sample_ms", m.sample_ms);
+  is("model", m.model)("solution", m.solution)("duration_s", m.duration_s)("sample_ms", m.sample_ms);
   is("trajectories", m.trajectories)("save", m.save);
 }
 void fields(auto& is, Of<PiecesJob> auto& m) {

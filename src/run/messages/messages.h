@@ -101,6 +101,7 @@ struct RunJob {
 inline constexpr const char* kTruthJobCell = "truth";
 struct TruthJob {
   ModelSpec model;
+  std::string solution;  // as in campaigns
   double duration_s = 0, sample_ms = 0;
   std::string trajectories, save;
 };

@@ -16,6 +16,7 @@
 #include "measures/initial_states.h"
 #include "measures/measure.h"
 #include "measures/plausible.h"
+#include "measures/reference/certified.h"
 #include "measures/reference/smooth.h"
 #include "measures/statistics.h"
 #include "measures/transfer.h"
@@ -291,14 +292,12 @@ JobDone do_job(const RunJob& job) {
 JobDone do_job(const TruthJob& job) {
   const Model model = model_of(job.model);
   Trajectory truth;
-  const long long samples = std::llround(1000 * job.duration_s / job.sample_ms);
-  std::vector<double> times;
-  times.reserve(static_cast<size_t>(samples));
-  for (long long i = 1; i <= samples; ++i) {
-    times.push_back(model.initial.time + job.duration_s * static_cast<double>(i) / static_cast<double>(samples));
-  }
+  const std::vector<double> times = sample_times(model.initial.time, job.duration_s, job.sample_ms);
   try {
-    truth.states = smooth_solution(model, model.initial, times);
+    const CertifiedSolution* certified = find_certified_solution(job.solution);
+    if (!job.solution.empty() && certified == nullptr) throw InputError(fmt::format("no solution '{}'", job.solution));
+    truth.states =
+        certified != nullptr ? certified->solve(model, times).states : smooth_solution(model, model.initial, times);
   } catch (const InputError& error) {
     // Of this model, and no reason to end the campaign.
     return job_done({{kTruthJobCell, {Outcome::kUnsupported, error.what()}, {}, {}}}, 0);

@@ -75,6 +75,19 @@ TEST_F(StoreFaultsTest, ABitThatChangesIsFoundOrChangesNothing) {
               "a sentence that says where, or the bit is one that nothing reads", "nothing wrong is read");
 }
 
+// One bit makes the name of a table's entry bytes instead of text: SQLite still reads the table.
+TEST_F(StoreFaultsTest, ATablesNameAsBytesLosesNoRows) {
+  fill(dir(), 3, 4);
+  const std::string before = content_of(Store::open(dir()));
+  for (const char* table : {"nodes", "plan", "runs", "scenes"}) {
+    change(
+        dir(),
+        fmt::format("PRAGMA writable_schema = 1; UPDATE sqlite_schema SET name = CAST(name AS BLOB) WHERE name = '{}'",
+                    table));
+    EXPECT_EQ(content_of(Store::open(dir())), before) << table;
+  }
+}
+
 // In a value, a sample, a fact: what SQLite itself cannot know.
 TEST_F(StoreFaultsTest, AChangedValueIsNamed) {
   const std::vector<std::pair<const char*, const char*>> changes = {

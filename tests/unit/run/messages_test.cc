@@ -42,7 +42,7 @@ const Ending kEnding = {Outcome::kUnstable, "at 1 s: \"too fast\"\nsecond line \
 std::vector<Request> requests() {
   return {
       RunJob{kSubject, 0.25, {"drift", "truth"}, "dir", 1, 4, "s", {"u", "v"}, "t", 7, {1, 2, 0.3}, true, {"x", ""}},
-      TruthJob{kModel, 2, 16, "dir", "address"},
+      TruthJob{kModel, "slide-and-roll", 2, 16, "dir", "address"},
       PiecesJob{"consistency", kSubject, 0.25, "dir", {"r", "q"}, 10, {128, 8}, 1.0 / 64, 8, 7},
       AgreementJob{"agreement", "dir", "own", {{"B", "b"}, {"C", "c"}}},
       ScalingJob{"scaling", kSubject, 0.25, 7, "dir", "s", 5, 2.5},
