@@ -67,23 +67,28 @@ Measure truth_measure() {
   return {
       .name = "truth",
       .reads = Reads::kSolution,
-      .values =
-          {{"truth_error_max", "m", "Error against the reference solution", "error", kLow, kPlot, kLimit,
-            "mean distance of the bodies from an independent, error-controlled solution, the largest of the run's "
-            "samples",
-            0},
-           {"truth_error_rms", "m", "Error against the reference solution, RMS", "error (RMS)", kLow, kPlot, kLimit,
-            "mean distance of the bodies from an independent, error-controlled solution, root mean square over the run",
-            0},
-           {"truth_error", "m", "Error against the reference solution, at the end", "error at the end", kLow, kPlot,
-            kLimit, "mean distance of the bodies from an independent, error-controlled solution at the end of the run",
-            0},
-           {"truth_floor", "m", "Error floor", "error floor", kNone, kNo, kNo,
-            "error that stays however small the timestep, far above rounding: not an integration error", 12},
-           {"truth_rounding", "m", "Rounding part of the error", "rounding", kNone, kNo, kNo,
-            "estimate of the part of the error against the reference solution that rounding explains", 12},
-           {"truth_order", "1", "Observed order", "observed order", kNone, kNo, kNo,
-            "slope of the error against the reference solution between this timestep and the next smaller one", 15}},
+      .values = {{"truth_error_max", "m", "Error against the reference solution", "error", kLow, kPlot, kLimit,
+                  "mean distance of the bodies from an independent solution, certified or error-controlled, the "
+                  "largest of the run's "
+                  "samples",
+                  0},
+                 {"truth_error_rms", "m", "Error against the reference solution, RMS", "error (RMS)", kLow, kPlot,
+                  kLimit,
+                  "mean distance of the bodies from an independent solution, certified or error-controlled, root mean "
+                  "square over the run",
+                  0},
+                 {"truth_error", "m", "Error against the reference solution, at the end", "error at the end", kLow,
+                  kPlot, kLimit,
+                  "mean distance of the bodies from an independent solution, certified or error-controlled at the end "
+                  "of the run",
+                  0},
+                 {"truth_floor", "m", "Error floor", "error floor", kNone, kNo, kNo,
+                  "error that stays however small the timestep, far above rounding: not an integration error", 12},
+                 {"truth_rounding", "m", "Rounding part of the error", "rounding", kNone, kNo, kNo,
+                  "estimate of the part of the error against the reference solution that rounding explains", 12},
+                 {"truth_order", "1", "Observed order", "observed order", kNone, kNo, kNo,
+                  "slope of the error against the reference solution between this timestep and the next smaller one",
+                  15}},
       .obstacle = truth_obstacle,
       .of_run = truth_values};
 }
