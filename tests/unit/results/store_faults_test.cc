@@ -75,6 +75,22 @@ TEST_F(StoreFaultsTest, ABitThatChangesIsFoundOrChangesNothing) {
               "a sentence that says where, or the bit is one that nothing reads", "nothing wrong is read");
 }
 
+// A bit of a table's name: as if an older version had written the database.
+TEST_F(StoreFaultsTest, ATableThatIsGoneIsMissed) {
+  const auto reads = std::to_array<std::pair<const char*, void (*)(const Store&)>>(
+      {{"nodes", [](const Store& store) { static_cast<void>(store.nodes()); }},
+       {"plan", [](const Store& store) { static_cast<void>(store.plan()); }},
+       {"runs", [](const Store& store) { static_cast<void>(store.runs()); }},
+       {"scenes", [](const Store& store) { static_cast<void>(store.scenes()); }}});
+  for (const auto& [table, read] : reads) {
+    fill(dir(table), 1, 1);
+    change(dir(table), fmt::format("DROP TABLE {}", table));
+    const Store store = Store::open(dir(table));
+    EXPECT_THAT(message_of<InputError>([&] { read(store); }),
+                HasSubstr(fmt::format("the table '{}' is missing", table)));
+  }
+}
+
 // In a value, a sample, a fact: what SQLite itself cannot know.
 TEST_F(StoreFaultsTest, AChangedValueIsNamed) {
   const std::vector<std::pair<const char*, const char*>> changes = {
