@@ -91,7 +91,8 @@ class DirectBox3d final : public Direct {
     if (!model.contacts.empty()) make_shapes(model, start, settings, surface);
     for (size_t b = 0; b < bodies_.size(); ++b) {
       const Mat3& I = model.bodies[b].I_BBcm_B;
-      b3Body_SetMassData(bodies_[b], {real(model.bodies[b].mass), {0, 0, 0}, {vec(I.col(0)), vec(I.col(1)), vec(I.col(2))}});
+      b3Body_SetMassData(bodies_[b],
+                         {real(model.bodies[b].mass), {0, 0, 0}, {vec(I.col(0)), vec(I.col(1)), vec(I.col(2))}});
     }
     sums_.resize(bodies_.size(), Vec3::Zero());
   }

@@ -1,7 +1,7 @@
-// b3ManifoldPoint::totalNormalImpulse, "the total normal impulse applied during sub-stepping", of a ball at rest is twice
-// what carries it: each sub-step adds the accumulated impulse after its sweep with position correction, and again after the
-// one without. Friction has no total at all. So an adapter cannot read the forces of contacts from steps of several
-// sub-steps. Status 0 while Box3D behaves so.
+// b3ManifoldPoint::totalNormalImpulse, "the total normal impulse applied during sub-stepping", of a ball at rest is
+// twice what carries it: each sub-step adds the accumulated impulse after its sweep with position correction, and again
+// after the one without. Friction has no total at all. So an adapter cannot read the forces of contacts from steps of
+// several sub-steps. Status 0 while Box3D behaves so.
 #include <cmath>
 #include <cstdio>
 

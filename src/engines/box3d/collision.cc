@@ -75,7 +75,8 @@ bool Collision::can_touch(int body_a, int body_b) const {
 bool Collision::is_filtered(size_t shape) const {
   const int body = model_.shapes[shape].body, row = shapes_.row[shape];
   for (size_t other = 0; other < model_.shapes.size(); ++other) {
-    if (shapes_.contains(other) && model_.shapes[other].body != body && !touch_[at(row, shapes_.row[other])]) return true;
+    if (shapes_.contains(other) && model_.shapes[other].body != body && !touch_[at(row, shapes_.row[other])])
+      return true;
   }
   return false;
 }

@@ -20,8 +20,8 @@ class Collision {
 
   // Sets filter and friction of a world that is about to be made.
   void prepare(b3WorldDef& definition) const;
-  // Makes the shapes of a model that has contact pairs. `bodies` are Box3D's, in the model's order, with their frames at
-  // their centres of mass.
+  // Makes the shapes of a model that has contact pairs. `bodies` are Box3D's, in the model's order, with their frames
+  // at their centres of mass.
   void create_shapes(b3WorldId world, const std::vector<b3BodyId>& bodies);
   // Whether two bodies have a contact pair, so that a joint between them has to let them touch.
   bool can_touch(int body_a, int body_b) const;
@@ -48,10 +48,10 @@ class Collision {
   const State& start_;  // read in create_shapes() only
   ContactShapes shapes_;
   ShapeFriction friction_;
-  bool by_shape_;                      // whether friction_ gives every pair its own
-  std::vector<bool> touch_;            // rows x rows
-  std::vector<float> pair_friction_;   // the same; empty when by_shape_
-  std::vector<Tag> tags_;              // by Model::shapes
+  bool by_shape_;                     // whether friction_ gives every pair its own
+  std::vector<bool> touch_;           // rows x rows
+  std::vector<float> pair_friction_;  // the same; empty when by_shape_
+  std::vector<Tag> tags_;             // by Model::shapes
   ShapeMaker maker_;
 };
 

@@ -18,8 +18,8 @@ inline constexpr bool kDoublePositions = false;
 struct Options {
   double timestep = 1e-3;  // s
   int sub_steps = 4;
-  double contact_hertz = 30, contact_damping_ratio = 10, contact_speed = 3;
-  double joint_hertz = 60, joint_damping_ratio = 2;
+  double contact_hertz = 200, contact_damping_ratio = 10, contact_speed = 3;
+  double joint_hertz = 1e6, joint_damping_ratio = 2;
   bool native_springs = false;
   bool warm_start = true, contact_recycling = false, continuous = false;
   double ground_size = 100, ground_thickness = 10;

@@ -1,6 +1,5 @@
 #include "shapes.h"
 
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -8,13 +7,11 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
-#include "model/ellipsoid.h"
 
 namespace assay::box3d {
 namespace {
 
-constexpr int kPrismSides = 42;           // three edges each, and a hull has at most 128
-constexpr int kEllipsoidSubdivisions = 1;  // 42 corners and 120 edges
+constexpr int kPrismSides = 42;  // three edges each, and a hull has at most 128
 
 // The hull of points at `X`. Where it has more corners, faces or edges than Box3D's hulls can have, those corners are
 // left out that Box3D's builder takes last, until it fits. Null when Box3D cannot make one.
@@ -67,8 +64,8 @@ b3ShapeId ShapeMaker::made(const Model& model, const Shape& shape, const Pose& X
       return b3CreateCapsuleShape(body, &definition, &capsule);
     }
     case ShapeType::kPlane: {
-      const b3BoxHull box = b3MakeOffsetBoxHull(real(size_ / 2), real(size_ / 2), real(thickness_ / 2),
-                                                {0, 0, -real(thickness_ / 2)});
+      const b3BoxHull box =
+          b3MakeOffsetBoxHull(real(size_ / 2), real(size_ / 2), real(thickness_ / 2), {0, 0, -real(thickness_ / 2)});
       return b3CreateHullShape(body, &definition, &box.base);
     }
     case ShapeType::kBox: {
@@ -78,12 +75,12 @@ b3ShapeId ShapeMaker::made(const Model& model, const Shape& shape, const Pose& X
     }
     case ShapeType::kCylinder:
       return hull(prism_corners(shape.radius, shape.half_length));
-    case ShapeType::kEllipsoid:
-      return hull(ellipsoid_hull(shape.half_size, kEllipsoidSubdivisions).vertices);
     case ShapeType::kHull:
       return hull(model.hulls[shape.data].vertices);
     case ShapeType::kHeightField:
       return make_surface(model.height_fields[shape.data], body, definition);
+    case ShapeType::kEllipsoid:
+      break;  // refused
   }
   return b3_nullShapeId;
 }

@@ -18,8 +18,9 @@ State of_copy(const Lent& lent, State state) {
   return state;
 }
 
-// The position at which Box3D's own is zero: it knows an angle within a turn only, and its spring within half a turn from
-// its rest, so a limited joint counts from the middle of its range, and one with a native spring from the spring's rest.
+// The position at which Box3D's own is zero: it knows an angle within a turn only, and its spring within half a turn
+// from its rest, so a limited joint counts from the middle of its range, and one with a native spring from the spring's
+// rest.
 double zero_position(const Joint& joint, bool native_springs) {
   return middle_of_range(joint, native_springs && joint.stiffness != 0 ? joint.spring_reference : joint.reference);
 }
@@ -117,7 +118,8 @@ void Box3dSimulation::create_joints() {
   for (const BallJoint& ball : model_.balls) {
     const Body& body = model_.bodies[ball.body];
     b3SphericalJointDef definition = b3DefaultSphericalJointDef();
-    connect(definition.base, body.parent, {body.X_PB * ball.p_BJ, body.X_PB.q}, ball.body, {ball.p_BJ, Quat::Identity()});
+    connect(definition.base, body.parent, {body.X_PB * ball.p_BJ, body.X_PB.q}, ball.body,
+            {ball.p_BJ, Quat::Identity()});
     b3CreateSphericalJoint(world_.id(), &definition);
   }
   for (const Connect& constraint : model_.connects) {
@@ -138,10 +140,9 @@ void Box3dSimulation::create_joints() {
   }
 }
 
-void Box3dSimulation::connect(b3JointDef& definition, int parent, const Pose& X_parent, int child, const Pose& X_child) {
-  const auto in_body = [&](int body, const Pose& X) {
-    return b3_transform({X.p - model_.bodies[body].p_BBcm, X.q});
-  };
+void Box3dSimulation::connect(b3JointDef& definition, int parent, const Pose& X_parent, int child,
+                              const Pose& X_child) {
+  const auto in_body = [&](int body, const Pose& X) { return b3_transform({X.p - model_.bodies[body].p_BBcm, X.q}); };
   definition.bodyIdB = bodies_[child];
   definition.localFrameB = in_body(child, X_child);
   if (parent == kWorld) {
@@ -188,7 +189,7 @@ void Box3dSimulation::create_hinge(int index) {
   joints_.push_back(b3CreateRevoluteJoint(world_.id(), &definition));
 }
 
-// Held at the child's centre of mass, so that the effective inertia of a slide on the world is the child's mass.
+// Held at the child's centre of mass, so that the slide's effective inertia does not change.
 void Box3dSimulation::create_slide(int index) {
   const Joint& slide = model_.joints[index];
   const Body& body = model_.bodies[slide.body];
@@ -204,7 +205,14 @@ void Box3dSimulation::create_slide(int index) {
   definition.enableMotor = slide.dry_friction != 0;
   definition.maxMotorForce = real(slide.dry_friction);
   if (options_.native_springs && slide.has_spring()) {
-    const Spring spring = spring_of(slide, body.mass);
+    double inverse = 1 / body.mass;
+    if (body.parent != kWorld) {
+      // the arm of the force on the parent, which a way along the axis does not change
+      const Body& parent = model_.bodies[body.parent];
+      const Vec3 arm = (body.X_PB * body.p_BBcm - parent.p_BBcm).cross(axis_in_parent(model_, index));
+      inverse += 1 / parent.mass + arm.dot(parent.I_BBcm_B.inverse() * arm);
+    }
+    const Spring spring = spring_of(slide, 1 / inverse);
     definition.enableSpring = true;
     definition.hertz = spring.hertz;
     definition.dampingRatio = spring.damping_ratio;

@@ -32,8 +32,8 @@ class Box3dSimulation final : public Simulation {
   void create_joints();
   void create_hinge(int index);
   void create_slide(int index);
-  // The definition that all joints share: the two bodies, frames in them, stiffness. A joint with the world gets a fixed
-  // body of its own at `X_parent`, whose position may be double.
+  // The definition that all joints share: the two bodies, frames in them, stiffness. A joint with the world gets a
+  // fixed body of its own at `X_parent`, whose position may be double.
   void connect(b3JointDef& definition, int parent, const Pose& X_parent, int child, const Pose& X_child);
   void add_load(int body, const Load& load);
   void add_ball_springs();
