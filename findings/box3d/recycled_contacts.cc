@@ -1,7 +1,9 @@
 // With contact recycling, Box3D's own default, a pair that did not touch is not looked at again before it has moved by
 // 2 cm: balls that meet head on overlap by up to that before they push each other. Without it they overlap by a step's
-// way. Status 0 while Box3D behaves so.
+// way. A box that tips over an edge keeps the contact points of its whole face for up to 10 degrees, and turns later
+// than without. Status 0 while Box3D behaves so.
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "world.h"
@@ -28,6 +30,18 @@ double overlap_at_first_push(float gap, bool recycling) {
   return -1;
 }
 
+// Turn (rad) of a box twice as high as wide, 0.6 s after it stood at rest on a slope 1.2 times that at which it tips.
+double turn_of_tipping_box(bool recycling) {
+  const finding::World world(0);
+  const float slope = std::atan(0.6f);
+  b3World_SetGravity(world.id(), {9.81f * std::sin(slope), 0, -9.81f * std::cos(slope)});
+  const b3BodyId box = world.add_box(1, {0.1f, 0.1f, 0.2f}, {0, 0, 0.2f});
+  b3Body_EnableContactRecycling(box, recycling);
+  for (int i = 0; i < 600; ++i) b3World_Step(world.id(), kTimestep, 4);
+  const b3Quat q = b3Body_GetRotation(box);
+  return 2 * std::acos(std::min(1.f, std::abs(q.s)));
+}
+
 }  // namespace
 
 int main() {
@@ -38,5 +52,7 @@ int main() {
   }
   std::printf("largest overlap at the first push: %.1f mm with recycling, %.1f mm without\n", 1e3 * with,
               1e3 * without);
-  return with > 0.015 && without < 0.003 ? 0 : 1;
+  const double kept = turn_of_tipping_box(true), fresh = turn_of_tipping_box(false);
+  std::printf("turn of a tipping box after 0.6 s: %.3f rad with recycling, %.3f without\n", kept, fresh);
+  return kept < 0.9 * fresh && with > 0.015 && without < 0.003 ? 0 : 1;
 }

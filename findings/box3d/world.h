@@ -51,6 +51,18 @@ class World {
     return body;
   }
 
+  b3BodyId add_box(float mass, b3Vec3 half, b3Vec3 position) const {
+    const b3BodyId body = add_body(position);
+    b3ShapeDef surface = b3DefaultShapeDef();
+    surface.baseMaterial.friction = 2;
+    const b3BoxHull box = b3MakeBoxHull(half.x, half.y, half.z);
+    b3CreateHullShape(body, &surface, &box.base);
+    const float x = half.x * half.x, y = half.y * half.y, z = half.z * half.z;
+    b3Body_SetMassData(
+        body, {mass, {0, 0, 0}, {{mass * (y + z) / 3, 0, 0}, {0, mass * (x + z) / 3, 0}, {0, 0, mass * (x + y) / 3}}});
+    return body;
+  }
+
   // 1 kg on a hinge along y at the origin, `arm` away from it and `angle` away from hanging.
   b3BodyId add_pendulum(float hertz, double arm, double inertia, float angle) const {
     const float r = static_cast<float>(arm), s = std::sin(angle / 2), c = std::cos(angle / 2);
