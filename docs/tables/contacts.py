@@ -191,7 +191,7 @@ class SlidingBox:
         return {"Coulomb's cone": self.off(self.cone),
                 "a pyramid inside the cone": self.off(self.pyramid_inside),
                 "a pyramid around the cone": self.off(self.pyramid_around),
-                "two directions by themselves, then scaled to the cone": self.off(self.scaled)}
+                "two directions solved separately, then scaled to the cone": self.off(self.scaled)}
 
 
 ALIKE_M = 2e-3  # the engine's error and the law's

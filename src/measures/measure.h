@@ -47,7 +47,7 @@ struct MeasuredSystem {
   bool has_family = false;  // there are systems that differ from it only in size
   GraspBodies grasp = {};
   double duration_s = 0;
-  std::string solution = {};  // the certified solution of its motion (reference/certified.h); "": none is named
+  std::string solution = {};       // the certified solution of its motion (reference/certified.h); "": none is named
   bool has_solution_file = false;  // the motion is compared with one that a file gives
 };
 

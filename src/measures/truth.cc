@@ -69,8 +69,7 @@ Measure truth_measure() {
       .reads = Reads::kSolution,
       .values = {{"truth_error_max", "m", "Error against the reference solution", "error", kLow, kPlot, kLimit,
                   "mean distance of the bodies from an independent solution, certified or error-controlled, the "
-                  "largest of the run's "
-                  "samples",
+                  "largest of the run's samples",
                   0},
                  {"truth_error_rms", "m", "Error against the reference solution, RMS", "error (RMS)", kLow, kPlot,
                   kLimit,
@@ -79,7 +78,7 @@ Measure truth_measure() {
                   0},
                  {"truth_error", "m", "Error against the reference solution, at the end", "error at the end", kLow,
                   kPlot, kLimit,
-                  "mean distance of the bodies from an independent solution, certified or error-controlled at the end "
+                  "mean distance of the bodies from an independent solution, certified or error-controlled, at the end "
                   "of the run",
                   0},
                  {"truth_floor", "m", "Error floor", "error floor", kNone, kNo, kNo,

@@ -137,7 +137,8 @@ Capabilities capabilities_of(const json& j) {
   }
   for (const auto& [key, value] : features.items()) {
     if (std::ranges::find(known, key) == known.end()) {
-      throw std::runtime_error(fmt::format("there is no feature '{}': `assay list engines --features` lists them", key));
+      throw std::runtime_error(
+          fmt::format("there is no feature '{}': `assay list engines --features` lists them", key));
     }
   }
   return c;

@@ -190,8 +190,7 @@ class Wheel {
     const Vec3 foot = start_.p_WBcm + feet_[on_];
     if (std::abs(ground.height(foot) - turning_.pivot.radius) > kTouching) refuse("no foot touches the plane");
     foot_ = foot;
-    first_ = turning_.angle_of(-feet_[on_]);
-    turn_ = {first_, start_.w_WB.dot(turning_.axis)};
+    turn_ = {turning_.angle_of(-feet_[on_]), start_.w_WB.dot(turning_.axis)};
     const BodyState expected = state_of(turning_, start_, 0, foot_, turn_);
     if ((expected.v_WBcm - start_.v_WBcm).norm() > 1e-6 || (expected.w_WB - start_.w_WB).norm() > kParallel) {
       refuse("it does not roll on its foot at the start");
@@ -282,7 +281,7 @@ class Wheel {
   std::vector<Vec3> feet_;  // from the centre of mass at the start, in the order in which they come to the ground
   size_t on_ = 0;
   Vec3 foot_;  // the centre of the foot on the ground at the start of its stance
-  double first_ = 0, turned_ = 0;
+  double turned_ = 0;
   Turn turn_;  // at the start of the stance
 };
 
