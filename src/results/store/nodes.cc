@@ -16,7 +16,7 @@ using sql::Transaction;
 
 std::vector<NodeRow> Store::nodes() const {
   std::vector<NodeRow> rows;
-  if (!has_table("nodes")) return rows;
+  if (!sql::has_table(db_.get(), "nodes")) return rows;
   const sql::Snapshot snapshot(db_.get());
   verify("nodes");
   Statement query(db_.get(), "SELECT id, json FROM nodes ORDER BY id");
@@ -26,7 +26,7 @@ std::vector<NodeRow> Store::nodes() const {
 
 std::vector<PlanRow> Store::plan() const {
   std::vector<PlanRow> rows;
-  if (!has_table("plan")) return rows;
+  if (!sql::has_table(db_.get(), "plan")) return rows;
   const sql::Snapshot snapshot(db_.get());
   verify("plan");
   Statement query(db_.get(), "SELECT key, shard, cost_s, accuracy FROM plan ORDER BY key");
@@ -45,7 +45,7 @@ std::map<std::string, Store::Spent> Store::spent() const {
 
 std::vector<Store::PartDone> Store::plan_done() const {
   std::vector<PartDone> parts;
-  if (!has_table("plan")) return parts;
+  if (!sql::has_table(db_.get(), "plan")) return parts;
   const sql::Snapshot snapshot(db_.get());
   verify("plan");
   Statement query(db_.get(),

@@ -35,12 +35,6 @@ void Store::verify(const std::string& table) const {
   throw InputError(sql::damaged_text(database(), fmt::format("the table '{}' is not what was written", table)));
 }
 
-bool Store::has_table(const std::string& table) const {
-  if (sql::has_table(db_.get(), table)) return true;
-  if (!hashed_) return false;
-  throw InputError(sql::damaged_text(database(), fmt::format("the table '{}' is missing", table)));
-}
-
 std::vector<ManifestEntry> Store::manifest() const {
   const Snapshot snapshot(db_.get());
   verify("manifest");
@@ -267,7 +261,7 @@ std::vector<SampleSeries> Store::samples(std::int64_t cell_id) const {
 
 std::vector<RunRow> Store::runs() const {
   std::vector<RunRow> rows;
-  if (!has_table("runs")) return rows;
+  if (!sql::has_table(db_.get(), "runs")) return rows;
   const Snapshot snapshot(db_.get());
   verify("runs");
   Statement query(db_.get(),
@@ -293,7 +287,7 @@ std::vector<RunRow> Store::runs() const {
 
 std::vector<SceneRow> Store::scenes() const {
   std::vector<SceneRow> rows;
-  if (!has_table("scenes")) return rows;
+  if (!sql::has_table(db_.get(), "scenes")) return rows;
   const Snapshot snapshot(db_.get());
   verify("scenes");
   Statement query(db_.get(),

@@ -235,8 +235,6 @@ class Store {
 
   std::string database() const { return dir_ + "/assay.sqlite"; }
   void verify(const std::string& table) const;
-  // False for a database of version 1 that has none. Throws InputError where a later one lacks it.
-  bool has_table(const std::string& table) const;
   std::int64_t insert_cell(const Cell& cell, const std::vector<SampleSeries>& samples);
   std::vector<Cell> read_cells(std::vector<Cell>& damaged) const;
 
