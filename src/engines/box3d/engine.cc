@@ -33,7 +33,9 @@ void add_features(Capabilities& c, const Options& options) {
   add_explicit_springs(c);
   add_joint_rows(c);
   add_lent_mass(c, options.lent_share);
-  add_approximated(c, kCylinder, "a prism of 42 sides, its radius within 0.14 %, which rolls from side to side");
+  add_approximated(c, kCylinder,
+                   "a prism of 42 sides: its edges lie outside the cylinder by 0.14 % of the radius and the middles of "
+                   "its sides inside by as much, so it rolls from side to side");
   refuse(c, kEllipsoid,
          "Box3D's hulls have at most 128 edges, an ellipsoid of so few corners stands on its faces: take a capsule or "
          "choose another engine");
