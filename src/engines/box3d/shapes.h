@@ -38,7 +38,8 @@ class ShapeMaker {
   std::vector<MeshHandle> meshes_;
 };
 
-// The corners of a cylinder as a prism around z, half of whose surface lies outside of the cylinder's.
+// The corners of a prism around z that stands for a cylinder: its edges lie as far outside as the middles of its sides
+// inside.
 std::vector<Vec3> prism_corners(double radius, double half_length);
 
 }  // namespace assay::box3d
