@@ -203,6 +203,7 @@ namespace {
 
 void save_watched(const std::string& dir, const std::string& address, const Watched& watched) {
   State numbers;
+  numbers.bodies.resize(1);  // a file of states without bodies is a damaged one
   numbers.position = watched.numbers();
   numbers.velocity.resize(numbers.position.size());
   save(dir, address, {{numbers}});
