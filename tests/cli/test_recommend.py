@@ -148,7 +148,7 @@ class RecommendTest(AssayTest):
 
     def test_references_are_computed_once(self):
         self.measure("small", [1], "one")
-        self.assertEqual(len(list((self.dir / "cache/assay/references").glob("*.bin"))), 3, "two references, one truth")
+        self.assertEqual(len(list((self.dir / "cache/assay/references").glob("*.bin"))), 5, "two references, the pieces of each, one truth")
         self.measure("other", [4], "two")
         for contender in ("mujoco-euler", "mujoco-rk4"):
             self.assertGreater(self.engine_seconds("one")[contender], 0)
@@ -156,7 +156,7 @@ class RecommendTest(AssayTest):
         self.assertEqual(self.values("consistency", "one"), self.values("consistency", "two"))
         # kept elsewhere, or nowhere; what a directory has does not depend on it
         self.measure("third", [2], "three", "--references", "mine")
-        self.assertEqual(len(list((self.dir / "mine").glob("*.bin"))), 3)
+        self.assertEqual(len(list((self.dir / "mine").glob("*.bin"))), 5)
         self.measure("fourth", [2], "four", "--references", "off")
         self.assertGreater(self.engine_seconds("four")["mujoco-rk4"], 0)
         shutil.rmtree(self.dir / "cache")
