@@ -235,9 +235,7 @@ class Simulation:
         return Frame(np.eye(3), at_b.p), math.sqrt(np.trace(held.inertia[lighter]) / 2 / held.mass[lighter])
 
     def hold(self, a, at_a, b, at_b, axes):
-        """Locks ways between two bodies along axes of the frame in the first."""
-        if a < 0:  # the second body carries the joint
-            raise assay.Unsupported("the first body of a constraint is the world")
+        """Locks ways between two bodies along axes of a frame that both carry. One of them may be the world."""
         carrier, other = (a, b) if b < 0 else (b, a)
         on_carrier, on_other = (at_a, at_b) if carrier == a else (at_b, at_a)
         joint = physx.PhysxDriveComponent(self.bodies[carrier])
