@@ -82,6 +82,8 @@ class Engine(assay.Engine):
             spring_note="implicit drive of the joint, linear" if native else "explicit torques of the adapter",
             sleep="off", speed_limits="none", contact_forces="normal",
             contact_forces_note="PhysxCpuSystem.get_contacts(); PhysX 5.3 gives no friction",
+            # findings/sapien/tgs_spin_gain.py, tgs_articulation_angle.py
+            other="what turns freely gains 5e-7 of its spin a step; joint angles are summed up in float once an iteration" if tgs else "",
             features=features, deviations=deviations(settings))
 
     def check(self, model, settings):

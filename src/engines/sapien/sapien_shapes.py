@@ -55,8 +55,8 @@ def are_neighbours(model, a, b):
 
 
 def held_together(model):
-    """Pairs of bodies whose contacts a D6 joint between them switches off."""
-    return {frozenset((each.body_a, each.body_b)) for each in (*model.connects, *model.welds)}
+    """Pairs of bodies whose contacts a D6 joint between them switches off; one to the world leaves the world's shapes."""
+    return {frozenset((each.body_a, each.body_b)) for each in (*model.connects, *model.welds) if min(each.body_a, each.body_b) >= 0}
 
 
 def extent(model, shape):
