@@ -89,7 +89,8 @@ start_progress() {
 note_progress() { echo "$1 ${SECONDS}" >>"${progress_done}"; }
 end_progress() {
   [[ -n ${progress:-} ]] || return 0
-  kill "${progress}" 2>/dev/null || true
+  # not SIGTERM: a subshell that has just begun would run the trap of this shell
+  kill -KILL "${progress}" 2>/dev/null || true
   rm -f "${progress_done}"
   progress=""
 }
