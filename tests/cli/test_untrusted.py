@@ -442,7 +442,8 @@ class StrangersResults(AssayTest):
                 os.truncate(path, size)
             return make
 
-        first = next(iter((self.dir / "whole/trajectories").glob("*.bin")))
+        with contextlib.closing(sqlite3.connect(self.dir / "whole/assay.sqlite")) as db:
+            first = self.dir / "whole/trajectories" / (db.execute("SELECT address FROM runs").fetchone()[0] + ".bin")
         makers = [os.mkfifo, lambda path: path.symlink_to("/dev/zero"), os.mkdir, sparse(first.read_bytes(), 100 << 30),
                   sparse(first.read_bytes(), 3 << 30), sparse(b"", 3 << 30)]
         for make in makers:
