@@ -8,16 +8,24 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "measures/violation.h"
 
 namespace assay {
 namespace {
 
 constexpr std::array<const char*, 3> kUsualErrors = {"10mm", "1mm", "0.1mm"};
 
+constexpr const char* kPenetration = "penetration_added_max";
+constexpr const char* kSlip = "grasp_slip";
+
+bool measures_value(const CampaignSystem& system, const std::string& value) {
+  const std::string measure = value_info(value).measure;
+  return std::ranges::any_of(system.measures, [&](const Measure* each) { return each->name == measure; });
+}
+
 bool is_measured(const Campaign& campaign, const ValueInfo& value) {
-  return std::ranges::any_of(campaign.systems, [&](const CampaignSystem& system) {
-    return std::ranges::any_of(system.measures, [&](const Measure* measure) { return measure->name == value.measure; });
-  });
+  return std::ranges::any_of(campaign.systems,
+                             [&](const CampaignSystem& system) { return measures_value(system, value.name); });
 }
 
 ValueInfo limitable_in(const Campaign& campaign, const std::string& option, const std::string& given) {
@@ -41,17 +49,33 @@ std::vector<std::string> errors_of(const Campaign& campaign) {
   std::vector<std::string> values;
   for (const CampaignSystem& system : campaign.systems) {
     if (!system.has(Reads::kSolution) && !system.has(Reads::kPieces)) continue;
-    const std::string_view value = system.has(Reads::kSolution) ? kTruthError : "consistency";
+    const std::string_view value = system.has(Reads::kSolution) ? kTruthError : "consistency_cold";
     if (std::ranges::find(values, value) == values.end()) values.emplace_back(value);
   }
   return values;
 }
 
-Limits limits_of(const Campaign& campaign, const LimitOptions& options) {
-  return read_limits(
-             options, errors_of(campaign),
-             [&](const std::string& option, const std::string& name) { return limitable_in(campaign, option, name); })
-      .limits;
+std::vector<UsualLimit> usual_limits(const Campaign& campaign) {
+  std::vector<UsualLimit> usual;
+  const auto touches = [](const CampaignSystem& system) {
+    return measures_value(system, kPenetration) && !system.model.contacts.empty() && Separations(system.model).has_all();
+  };
+  const auto holds = [](const CampaignSystem& system) { return measures_value(system, kSlip); };
+  if (std::ranges::any_of(campaign.systems, touches)) usual.push_back({"penetration", kPenetration, kUsualPenetration});
+  if (std::ranges::any_of(campaign.systems, holds)) usual.push_back({"slip", kSlip, kUsualSlip});
+  return usual;
+}
+
+Question question_of(const Campaign& campaign, const LimitOptions& options) {
+  Askable of = {.errors = errors_of(campaign), .usual = usual_limits(campaign), .where = fmt::format("on any system of '{}'", campaign.name)};
+  for (const CampaignSystem& system : campaign.systems) {
+    if (!measures_value(system, kPenetration) || system.model.contacts.empty()) continue;
+    of.start_overlap =
+        std::max(of.start_overlap, Separations(system.model).deepest_penetration(system.model.initial));
+  }
+  return read_limits(options, of, [&](const std::string& option, const std::string& name) {
+    return limitable_in(campaign, option, name);
+  });
 }
 
 LimitOptions limits_in(const SearchTable& table) {
@@ -67,9 +91,9 @@ LimitOptions limits_in(const SearchTable& table) {
 }
 
 std::vector<LimitOptions> goals_of(const LimitOptions& options) {
-  if (options.any()) return {options};
-  std::vector<LimitOptions> goals;
-  for (const char* error : kUsualErrors) goals.emplace_back().error = error;
+  if (options.error || options.realtime || !options.limits.empty()) return {options};
+  std::vector<LimitOptions> goals(kUsualErrors.size(), options);
+  for (size_t i = 0; i < goals.size(); ++i) goals[i].error = kUsualErrors[i];
   return goals;
 }
 
