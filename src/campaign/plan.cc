@@ -204,7 +204,15 @@ class SystemPlanner {
       if (timestep < fine_ms_ * (1 - 1e-9)) continue;
       nlohmann::json pieces = {system_.pieces, system_.piece_ms, fine_ms_, campaign_.seed};
       if (!system_.more_pieces_ms.empty()) pieces.push_back(system_.more_pieces_ms);
-      add(measure, timestep, fine_run_, piece_steps(system_, timestep), pieces).other_states = other_states_;
+      PlannedCell& cell = add(measure, timestep, fine_run_, piece_steps(system_, timestep), pieces);
+      cell.other_states = other_states_;
+      cell.cold = kept_as({{"cold", measure.version},
+                           {"runs", fine_run_},
+                           {"other_states", other_states_},
+                           {"sample_ms", system_.sample_ms},
+                           {"pieces", system_.pieces},
+                           {"piece_ms", system_.piece_ms},
+                           {"more_pieces_ms", system_.more_pieces_ms}});
     }
   }
 

@@ -38,6 +38,9 @@ struct PlannedCell {
   std::string timed_run = {};
   // Content addresses of the reference runs from the system's other initial states that the cell reads.
   std::vector<std::string> other_states = {};
+  // Content address of where the pieces end at the fine-step run's own timestep, which that cell makes and those at
+  // other timesteps read, "" for none.
+  std::string cold = {};
   // Content addresses of runs that the cell's own are compared with, from each of the system's initial states: those of
   // the contender that a policy was trained in.
   std::vector<std::string> against = {};

@@ -55,6 +55,42 @@ Interval bootstrap_mean_of_groups(const std::vector<std::vector<double>>& groups
   return {sum / count, quantile(means, tail), quantile(means, 1 - tail)};
 }
 
+Interval bootstrap_median_of_groups(const std::vector<std::vector<double>>& groups, std::uint64_t seed,
+                                    int resamples) {
+  assert(!groups.empty() && resamples > 0);
+  std::vector<double> all;
+  for (const std::vector<double>& group : groups) all.insert(all.end(), group.begin(), group.end());
+  const std::vector<std::vector<double>> single = groups.size() == 1 ? grouped(all, {}) : groups;
+  std::mt19937_64 random(seed);
+  std::vector<double> medians(static_cast<size_t>(resamples)), drawn;
+  for (double& each : medians) {
+    drawn.clear();
+    for (size_t i = 0; i < single.size(); ++i) {
+      const std::vector<double>& group = single[(random() >> 32U) * single.size() >> 32U];
+      drawn.insert(drawn.end(), group.begin(), group.end());
+    }
+    each = median(drawn);
+  }
+  const double tail = bootstrap_tail(single.size());
+  return {median(all), quantile(medians, tail), quantile(medians, 1 - tail)};
+}
+
+Interval share_within_of_groups(const std::vector<std::vector<double>>& groups, double limit, std::uint64_t seed,
+                                int resamples) {
+  std::vector<std::vector<double>> within = groups;
+  int hits = 0, count = 0;
+  for (std::vector<double>& group : within) {
+    for (double& each : group) {
+      each = each <= limit ? 1 : 0;
+      hits += each > 0 ? 1 : 0;
+      ++count;
+    }
+  }
+  if (hits > 0 && hits < count) return bootstrap_mean_of_groups(within, seed, resamples);
+  const int trials = groups.size() == 1 ? count : static_cast<int>(groups.size());
+  return probability(hits == 0 ? 0 : trials, trials);
+}
+
 std::vector<std::vector<double>> grouped(std::span<const double> samples, std::span<const double> group) {
   std::vector<std::vector<double>> groups;
   if (group.empty()) {

@@ -17,6 +17,15 @@ namespace assay {
 Interval bootstrap_mean_of_groups(const std::vector<std::vector<double>>& groups, std::uint64_t seed,
                                   int resamples = kBootstrapResamples);
 
+// The same of the median over all samples.
+Interval bootstrap_median_of_groups(const std::vector<std::vector<double>>& groups, std::uint64_t seed,
+                                    int resamples = kBootstrapResamples);
+
+// Share of samples that are at most `limit`, and its 95 % interval: as the mean above, and where all or none are, as of
+// a probability (below) with as many trials as there are groups, or samples of a single group.
+Interval share_within_of_groups(const std::vector<std::vector<double>>& groups, double limit, std::uint64_t seed,
+                                int resamples = kBootstrapResamples);
+
 // Only the means of the resamples, in the order of drawing, without the widening. Samples in groups of equal sizes with
 // the same seed are drawn alike.
 std::vector<double> resampled_means_of_groups(const std::vector<std::vector<double>>& groups, std::uint64_t seed,

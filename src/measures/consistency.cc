@@ -10,6 +10,7 @@ Measure consistency_measure() {
   return {
       .name = "consistency",
       .reads = Reads::kPieces,
+      .version = 1,
       .values =
           {{"consistency_cold", "m", "Self-consistency error", "self-consistency error", kLow, kPlot, kLimit,
             "mean distance of the bodies from the contender's own motion at the fine timestep over short pieces, both "
@@ -31,7 +32,14 @@ Measure consistency_measure() {
             "restart floor, or the error at which the curve stops falling, given where the paper's self-consistency error is "
             "so close to it that it says little of the timestep",
             13},
-           {"consistency_bound", "m", "Bound of the self-consistency error", "bound", kNone, kNo, kNo,
+           {"consistency_bound", "m", "Bound of the paper's self-consistency error", "bound", kNone, kNo, kNo,
+            "upper bound of the paper's self-consistency error near the floor: the measured distance and the floor together",
+            13},
+           {"consistency_cold_floor", "m", "Near the floor", "floor", kNone, kNo, kNo,
+            "the error at which the curve stops falling, given where the self-consistency error is so close to it that "
+            "it says little of the timestep",
+            13},
+           {"consistency_cold_bound", "m", "Bound of the self-consistency error", "bound", kNone, kNo, kNo,
             "upper bound of the self-consistency error near the floor: the measured distance and the floor together",
             13}},
       .of_piece = position_error};

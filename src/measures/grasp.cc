@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "measures/measure.h"
+#include "measures/watch.h"
 
 namespace assay {
 
@@ -16,15 +17,11 @@ double slip(const State& start, const State& state, int object, int hand) {
   return (in_hand(state) - in_hand(start)).norm();
 }
 
-Grasp grasp(const std::vector<State>& states, const GraspBodies& bodies) {
-  assert(!states.empty() && bodies.drop_m > 0);
-  Grasp result;
-  for (const State& state : states) {
-    const double moved = slip(states.front(), state, bodies.object, bodies.hand);
-    result.slip = std::max(result.slip, moved);
-    if (moved > bodies.drop_m && !result.dropped_at) result.dropped_at = state.time;
-  }
-  return result;
+void add_to_grasp(Grasp& grasp, const State& start, const State& state, const GraspBodies& bodies) {
+  assert(bodies.drop_m > 0);
+  const double moved = slip(start, state, bodies.object, bodies.hand);
+  grasp.slip = std::max(grasp.slip, moved);
+  if (moved > bodies.drop_m && !grasp.dropped_at) grasp.dropped_at = state.time;
 }
 
 LargestHeld largest_held(const std::vector<HeldAt>& timesteps) {
@@ -54,7 +51,7 @@ std::vector<Parameter> grasp_parameters(const MeasuredSystem& system) {
 
 // A run that diverges did not hold its object, even if the object was still in the hand.
 Measured grasp_values(const MeasuredRun& run) {
-  const Grasp found = grasp(run.states, run.grasp);
+  const Grasp& found = run.watched->grasp;
   std::vector<Value> values = {{"grasp_held", "1", !run.diverged && found.held() ? 1.0 : 0.0}};
   if (!run.diverged) values.push_back({"grasp_slip", "m", found.slip});
   if (found.dropped_at) values.push_back({"drop_time", "s", *found.dropped_at - run.states.front().time});
@@ -68,6 +65,7 @@ Measure grasp_measure() {
   return {
       .name = "grasp",
       .reads = Reads::kRun,
+      .version = 1,
       .values = {{"grasp_slip", "m", "Grasp slip", "slip", kLow, kPlot, kLimit,
                   "largest distance that the object has moved in the hand over the run", 4},
                  {"grasp_held", "1", "Grasp held", "object held", kHigh, kNo, kNo,
@@ -83,6 +81,7 @@ Measure grasp_measure() {
       .parameters = grasp_parameters,
       .of_run = grasp_values,
       .of_failed_runs = true,
+      .reads_between = true,
       .held = "grasp_held"};
 }
 

@@ -20,10 +20,11 @@ double slip(const State& start, const State& state, int object, int hand);
 
 struct Grasp {
   double slip = 0;                   // m, the largest of the run
-  std::optional<double> dropped_at;  // s, the first sample's time at which the slip exceeds `drop_m`
+  std::optional<double> dropped_at;  // s, the first state's time at which the slip exceeds `drop_m`
   bool held() const { return !dropped_at; }
 };
-Grasp grasp(const std::vector<State>& states, const GraspBodies& bodies);
+// Takes note of one more state of a run that began with `start`.
+void add_to_grasp(Grasp& grasp, const State& start, const State& state, const GraspBodies& bodies);
 
 // From the timesteps at which a contender held or dropped the object, ascending: the largest at which it held, and the
 // largest up to which it held at every smaller one too. Empty when there is none.

@@ -13,6 +13,7 @@
 #include "measures/grasp.h"
 #include "measures/transfer.h"
 #include "measures/value.h"
+#include "measures/watch.h"
 #include "model/model.h"
 
 namespace assay {
@@ -65,6 +66,7 @@ struct MeasuredRun {
   // none.
   const std::vector<State>* other = nullptr;
   GraspBodies grasp = {};
+  const Watched* watched = nullptr;            // of a measure with `reads_between`
   const ContactResiduals* contacts = nullptr;  // null where the engine gives none, or nothing touched
   const TransferTask* task = nullptr;          // of the policy that controls it
   double work_J = 0, policy_s = 0;             // of the control; wall time inside the policy
@@ -111,6 +113,7 @@ struct Measure {
   // ---- of one run: kSolution, kRun, kRunPairs ----
   Measured (*of_run)(const MeasuredRun& run) = nullptr;
   bool of_failed_runs = false;                 // a run that diverges has values, too
+  bool reads_between = false;                  // MeasuredRun::watched
   bool reads_contacts = false;                 // MeasuredRun::contacts
   std::vector<SampleSeries> without_run = {};  // samples of an initial state from which nothing could run
   std::string_view held = "";  // the value that is 1 where it held: up to which timesteps it does follows

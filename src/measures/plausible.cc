@@ -170,6 +170,7 @@ void Plausibility::find_size(const std::vector<double>& far) {
     connects(static_cast<int>(i), anchor);
     connects(body.parent, body.X_PB * anchor);
   }
+  length_ = longest;
   double travel = 0;
   for (const Joint& joint : model_.joints) {
     if (joint.is_slide() && joint.limited) travel = std::max(travel, joint.upper - joint.lower);
@@ -248,10 +249,9 @@ std::string Plausibility::below_ground(const State& state) const {
     const Vec3 normal = plane.X_BS.q * Vec3::UnitZ();
     const Pose X_WS = body_pose(body, state.bodies[static_cast<size_t>(other.body)]) * other.X_BS;
     const double top = normal.dot(X_WS.p - plane.X_BS.p) + assay::reach(model_, other, X_WS.q.conjugate() * normal);
-    const double size = body.is_massless() ? size_ : radius_of_gyration(body);
-    const double allowed = kGroundShare * size + rounding(X_WS.p);
+    const double allowed = kGroundShare * std::max(size_, length_) + rounding(X_WS.p);
     if (std::isfinite(top) && top < -allowed) {
-      return fmt::format("a shape of body '{}' lies wholly below the ground, by {:.3g} m", body.name, -top);
+      return fmt::format("a shape of body '{}' {}, by {:.3g} m", body.name, kBelowGround, -top);
     }
   }
   return "";

@@ -11,7 +11,10 @@ namespace assay {
 
 // The version of these rules, stored with results: results/soundness.h judges older ones again. 1: not stored, a hinge
 // may pass its limit any number of times or once (versions before 0.3). 2: all scales are positive, ball joints count.
-inline constexpr int kSoundnessRules = 2;
+// 3: how deep a shape may lie below the ground scales with the robot, not with the body.
+inline constexpr int kSoundnessRules = 3;
+// In the reason of a shape that lies below the ground.
+inline constexpr const char* kBelowGround = "lies wholly below the ground";
 
 // What a contender computes with: it bounds the motion that rounding makes of rest.
 struct Arithmetic {
@@ -32,8 +35,9 @@ class Plausibility {
 
   // Why no motion of the model reaches this finite state: more than kEnergyFactor times the available kinetic energy, a
   // joint torn apart by more than the model's size(), a hinge more than a turn beyond its limit, or a body's shape that
-  // lies as a whole below the ground that it collides with, by more than kGroundShare of the body's radius of gyration:
-  // less deep it is a penetration, which has a measure of its own. "" for a possible state.
+  // lies as a whole below the ground that it collides with, by more than kGroundShare of the robot's length with all
+  // joints stretched, or of size() where that is more: less deep it is a penetration, which has a measure of its own. ""
+  // for a possible state.
   std::string impossibility(const State& state) const;
 
   double reach() const { return reach_; }                        // m
@@ -48,7 +52,7 @@ class Plausibility {
   // Corresponds to twice the possible speed, far beyond the drift of a working method.
   static constexpr double kEnergyFactor = 4;
   static constexpr double kSizeShare = 0.01;
-  static constexpr double kGroundShare = 0.005;
+  static constexpr double kGroundShare = 0.02;
 
  private:
   // How far rounding alone may put a point at this distance from the origin, m.
@@ -62,6 +66,7 @@ class Plausibility {
   double reach_ = 0;
   double available_energy_ = 0, rest_energy_ = 0;
   double size_ = 0;
+  double length_ = 0;  // of the longest stretched chain, m
   double unit_ = 0;  // rounding of the contender's numbers, relative
 };
 

@@ -41,6 +41,8 @@ Ball smallest_ball(const Model& system) {
 
 }  // namespace
 
+double least_half_thickness(const Model& system) { return smallest_ball(system).radius; }
+
 std::optional<Experiment> impact_experiment(const Model& system, double timestep_s) {
   constexpr int kPhases = 16, kRow = 4;
   constexpr double kFirstGap = 1.5;    // of the way of a step, so that no contact is there at the start

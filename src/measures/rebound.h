@@ -11,6 +11,9 @@
 
 namespace assay {
 
+// Half of the least thickness of a shape of a moving body that can touch another, m; infinite where there is none.
+double least_half_thickness(const Model& system);
+
 // Balls that reach a plane at 1 m/s, each at another phase of a step, without gravity, until the last ball has had its
 // impact and a time to leave. At a system's own scale: balls of the size and mass of its smallest colliding shape and
 // that one's body. Empty when no moving body can touch anything, and when a ball would move by more than its radius in

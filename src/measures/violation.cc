@@ -10,6 +10,7 @@
 #include "measures/measure.h"
 #include "measures/rebound.h"
 #include "measures/statistics.h"
+#include "measures/watch.h"
 #include "model/joint.h"
 #include "model/shape.h"
 
@@ -108,8 +109,8 @@ double Separations::of(int pair, const std::vector<Pose>& X_WS) const {
 
 double Separations::of(int pair, const State& state) const { return of(pair, place_shapes(state)); }
 
-double Separations::deepest_penetration(const State& state) const {
-  if (model_.contacts.empty()) return 0;
+Separations::Depth Separations::deepest(const State& state, const std::vector<double>& before) const {
+  if (model_.contacts.empty()) return {};
   const std::vector<Pose> X_WS = place_shapes(state);
   std::vector<PlacedShape> placed(model_.shapes.size());
   std::vector<Box> boxes(others_ == nullptr ? 0 : model_.shapes.size());
@@ -118,25 +119,39 @@ double Separations::deepest_penetration(const State& state) const {
     if (is_round(shape) || is_plane(shape)) placed[s] = place(shape, X_WS[s]);
     if (others_ != nullptr && !is_ground(shape)) boxes[s] = box_around(model_, shape, X_WS[s]);
   }
-  double deepest = 0;
+  Depth deepest;
+  const auto count = [&](size_t pair, double depth) {
+    deepest.whole = std::max(deepest.whole, depth);
+    deepest.added = std::max(deepest.added, depth - (before.empty() ? 0 : before[pair]));
+  };
   for (size_t i = 0; i < model_.contacts.size(); ++i) {
     const auto a = static_cast<size_t>(model_.contacts[i].shape_a), b = static_cast<size_t>(model_.contacts[i].shape_b);
     if (!is_simple(model_, model_.contacts[i])) {
       if (others_ == nullptr) continue;
       const bool ground = is_ground(model_.shapes[a]) || is_ground(model_.shapes[b]);
       if (!ground && !boxes[a].intersects(boxes[b])) continue;
-      deepest = std::max(deepest, -others_->distance(static_cast<int>(i), X_WS));
+      count(i, -others_->distance(static_cast<int>(i), X_WS));
       continue;
     }
-    if (!placed[a].is_plane && !placed[b].is_plane && distance_bound(placed[a], placed[b]) >= -deepest) continue;
-    deepest = std::max(deepest, -distance(placed[a], placed[b]));
+    const double shown = std::min(deepest.whole, deepest.added + (before.empty() ? 0 : before[i]));
+    if (!placed[a].is_plane && !placed[b].is_plane && distance_bound(placed[a], placed[b]) >= -shown) continue;
+    count(i, -distance(placed[a], placed[b]));
   }
   return deepest;
 }
 
+std::vector<double> Separations::depths(const State& state) const {
+  const std::vector<Pose> X_WS = place_shapes(state);
+  std::vector<double> all;
+  all.reserve(model_.contacts.size());
+  for (int i = 0; std::cmp_less(i, model_.contacts.size()); ++i) all.push_back(std::max(0.0, -of(i, X_WS)));
+  return all;
+}
+
 namespace {
 
-Violation violation(const Model& model, const State& state, const Separations& separations) {
+Violation violation(const Model& model, const State& state, const Separations& separations,
+                    const std::vector<double>& before = {}) {
   assert(state.position.size() == model.joints.size());
   Violation worst;
   each_joint(model, [&](const auto& joint) {
@@ -145,7 +160,9 @@ Violation violation(const Model& model, const State& state, const Separations& s
     worst.misalignment = std::max(worst.misalignment, error.misalignment);
     if (!is_slide(joint)) worst.limit = std::max(worst.limit, beyond_limit(model, state, joint));
   });
-  worst.penetration = separations.deepest_penetration(state);
+  const Separations::Depth depth = separations.deepest(state, before);
+  worst.penetration = depth.whole;
+  worst.added = depth.added;
   return worst;
 }
 
@@ -153,18 +170,21 @@ Violation violation(const Model& model, const State& state, const Separations& s
 
 Violation violation(const Model& model, const State& state) { return violation(model, state, Separations(model)); }
 
-ViolationSummary violation_summary(const Model& model, const std::vector<State>& states, std::uint64_t seed) {
-  assert(!states.empty());
-  std::vector<Violation> worst;
-  worst.reserve(states.size());
-  const Separations separations(model);
-  for (const State& state : states) worst.push_back(violation(model, state, separations));
+ViolationSeries::ViolationSeries(const Model& model, const State& start)
+    : model_(model), separations_(model), before_(separations_.depths(start)) {}
+
+void ViolationSeries::add(const State& state) {
+  of_states_.push_back(violation(model_, state, separations_, before_));
+}
+
+ViolationSummary ViolationSeries::summary(std::uint64_t seed) const {
+  assert(!of_states_.empty());
   ViolationSummary summary;
-  summary.has_penetration = separations.has_all();
-  std::vector<double> series(worst.size());
-  for (double Violation::* const kind :
-       {&Violation::dislocation, &Violation::misalignment, &Violation::limit, &Violation::penetration}) {
-    std::ranges::transform(worst, series.begin(), [&](const Violation& at) { return at.*kind; });
+  summary.has_penetration = separations_.has_all();
+  std::vector<double> series(of_states_.size());
+  for (double Violation::* const kind : {&Violation::dislocation, &Violation::misalignment, &Violation::limit,
+                                         &Violation::penetration, &Violation::added}) {
+    std::ranges::transform(of_states_, series.begin(), [&](const Violation& at) { return at.*kind; });
     summary.largest.*kind = std::ranges::max(series);
     const Interval rms = bootstrap_rms_of_series(series, seed);
     summary.rms.*kind = rms.value;
@@ -172,6 +192,13 @@ ViolationSummary violation_summary(const Model& model, const std::vector<State>&
     summary.rms_high.*kind = rms.high;
   }
   return summary;
+}
+
+std::optional<double> usual_penetration_limit(const Model& model) {
+  constexpr double kShare = 0.05, kLeast = 1e-3, kMost = 5e-3;
+  const double thinnest = 2 * least_half_thickness(model);
+  if (!std::isfinite(thinnest)) return std::nullopt;
+  return std::clamp(kShare * thinnest, kLeast, kMost);
 }
 
 namespace {
@@ -184,7 +211,7 @@ std::string violation_obstacle(const MeasuredSystem& system) {
 
 // What the model has: joints, limits, contacts; and what the engine gives of contact forces.
 Measured violation_values(const MeasuredRun& run) {
-  const ViolationSummary summary = violation_summary(run.model, run.states, run.seed);
+  const ViolationSummary& summary = run.watched->violation;
   std::vector<Value> values;
   const auto add = [&](const std::string& name, const std::string& unit, double Violation::* kind) {
     values.push_back({name + "_max", unit, summary.largest.*kind});
@@ -196,7 +223,11 @@ Measured violation_values(const MeasuredRun& run) {
   }
   const bool limits = any_joint(run.model, [](const auto& joint) { return joint.limited && !is_slide(joint); });
   if (limits) add("limit_violation", "rad", &Violation::limit);
-  if (!run.model.contacts.empty() && summary.has_penetration) add("penetration", "m", &Violation::penetration);
+  if (!run.model.contacts.empty() && summary.has_penetration) {
+    add("penetration", "m", &Violation::penetration);
+    values.push_back({"penetration_added_max", "m", summary.largest.added});
+    if (const auto limit = usual_penetration_limit(run.model)) values.push_back({"penetration_limit", "m", *limit});
+  }
   if (run.contacts != nullptr) {
     const ContactResiduals& of = *run.contacts;
     values.push_back({"contact_depth", "m", of.depth});
@@ -217,23 +248,24 @@ Measure violation_measure() {
   return {
       .name = "violation",
       .reads = Reads::kRun,
+      .version = 1,
       .values =
           {{"joint_dislocation_max", "m", "Joint position error", "joint position error", kLow, kPlot, kLimit,
             "largest distance between the two anchors of a hinge over the run", 3},
            {"joint_dislocation_rms", "m", "Joint position error, RMS", "joint position error (RMS)", kLow, kNo, kLimit,
-            "largest distance between the two anchors of a hinge in each sample, root mean square over the run", 3},
+            "largest distance between the two anchors of a hinge at each instant, root mean square over the run", 3},
            {"joint_misalignment_max", "rad", "Joint axis error", "joint axis error", kLow, kPlot, kLimit,
             "largest angle between the two axes of a hinge over the run", 3},
            {"joint_misalignment_rms", "rad", "Joint axis error, RMS", "joint axis error (RMS)", kLow, kNo, kLimit,
-            "largest angle between the two axes of a hinge in each sample, root mean square over the run", 3},
+            "largest angle between the two axes of a hinge at each instant, root mean square over the run", 3},
            {"limit_violation_max", "rad", "Joint limit violation", "joint limit violation", kLow, kPlot, kLimit,
             "largest angle of a joint beyond its limit over the run", 3},
            {"limit_violation_rms", "rad", "Joint limit violation, RMS", "joint limit violation (RMS)", kLow, kNo,
-            kLimit, "largest angle of a joint beyond its limit in each sample, root mean square over the run", 3},
+            kLimit, "largest angle of a joint beyond its limit at each instant, root mean square over the run", 3},
            {"penetration_max", "m", "Penetration", "penetration", kLow, kPlot, kLimit,
             "largest depth of two colliding shapes in each other over the run", 3},
            {"penetration_rms", "m", "Penetration, RMS", "penetration (RMS)", kLow, kNo, kLimit,
-            "largest depth of two colliding shapes in each other in each sample, root mean square over the run", 3},
+            "largest depth of two colliding shapes in each other at each instant, root mean square over the run", 3},
            {"penetration_added_max", "m", "Penetration beyond the start's", "added penetration", kLow, kPlot, kLimit,
             "largest depth of two colliding shapes in each other over the run, less what they overlap by at its start",
             3},
@@ -261,6 +293,7 @@ Measure violation_measure() {
       .obstacle = violation_obstacle,
       .timesteps_key = "violation_ms",
       .of_run = violation_values,
+      .reads_between = true,
       .reads_contacts = true,
       .experiment = impact_experiment,
       .of_experiment = rebound_value};

@@ -57,8 +57,7 @@ Interval interval_of(const Value& value) {
 }
 
 std::optional<double> bound_of(const Cell& cell, std::string_view value) {
-  if (value != "consistency") return std::nullopt;
-  const Value* bound = find_value(cell, "consistency_bound");
+  const Value* bound = find_value(cell, std::string(value) + "_bound");
   return bound == nullptr ? std::nullopt : bound->value;
 }
 

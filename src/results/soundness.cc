@@ -25,14 +25,9 @@ bool reads_runs(const Cell& cell) {
 
 RunName run_of(const Cell& cell) { return {cell.system, cell.contender, cell.timestep_ms}; }
 
-}  // namespace
-
-JudgedCells judged_cells(const Store& store) {
+// Rules before 2 let a hinge pass its limit any number of times.
+void judge_limits(const Store& store, JudgedCells& judged) {
   constexpr double kTurn = 2 * std::numbers::pi;
-  JudgedCells judged;
-  judged.cells = store.cells();
-  const auto rules = parse_number(store.manifest(kSoundnessEntry).value_or("1"));
-  if (rules && *rules >= kSoundnessRules) return judged;
   std::map<RunName, double> beyond;
   for (const Cell& cell : judged.cells) {
     const Value* mean = find_value(cell, "limit_violation_max");
@@ -54,9 +49,31 @@ JudgedCells judged_cells(const Store& store) {
   }
   judged.note = fmt::format(
       "measured with older rules of soundness: {} that {} stored as ok {} unstable, because a hinge is more than a "
-      "turn "
-      "beyond its limit; pieces, timings and systems without the measure 'violation' hold no value to judge again",
+      "turn beyond its limit; pieces, timings and systems without the measure 'violation' hold no value to judge again",
       counted(judged.changed, "cell"), judged.changed == 1 ? "was" : "were", judged.changed == 1 ? "is" : "are");
+}
+
+// Rules before 3 called a shape unstable that lies below the ground by a part of its body's size. How much a robot of
+// today's rules may is not stored, so these cells stay as they are.
+void note_ground(JudgedCells& judged) {
+  const auto count = std::ranges::count_if(judged.cells, [](const Cell& cell) {
+    return cell.outcome == Outcome::kUnstable && cell.reason.find(kBelowGround) != std::string::npos;
+  });
+  if (count == 0) return;
+  judged.note += fmt::format(
+      "{}{} {} unstable by an older rule, because a shape lies wholly below the ground: by today's it may be a "
+      "penetration, which measuring again tells",
+      judged.note.empty() ? "" : "; ", counted(static_cast<size_t>(count), "cell"), count == 1 ? "is" : "are");
+}
+
+}  // namespace
+
+JudgedCells judged_cells(const Store& store) {
+  JudgedCells judged;
+  judged.cells = store.cells();
+  const double rules = parse_number(store.manifest(kSoundnessEntry).value_or("1")).value_or(1);
+  if (rules < 2) judge_limits(store, judged);
+  if (rules < 3) note_ground(judged);
   return judged;
 }
 

@@ -16,7 +16,8 @@ struct JudgedCells {
 };
 
 // All cells of the results. A run that went further beyond a joint's limit than a turn is unstable, and with it every
-// measure of that run: violation stores how far it went.
+// measure of that run: violation stores how far it went. What lies below the ground by older rules stays unstable, and
+// the note says so.
 JudgedCells judged_cells(const Store& store);
 
 }  // namespace assay

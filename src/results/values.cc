@@ -46,12 +46,14 @@ bool can_limit(std::string_view name) { return value_info(name).limit; }
 
 ValueInfo value_info(std::string_view name) {
   if (const ValueInfo* row = find_value_info(name)) return *row;
-  // The self-consistency error of pieces of another length: "consistency_8ms".
-  constexpr std::string_view kLength = "consistency_", kUnit = "ms";
-  if (name.starts_with(kLength) && name.ends_with(kUnit) &&
-      std::isdigit(static_cast<unsigned char>(name[kLength.size()])) != 0) {
-    const std::string length(name.substr(kLength.size(), name.size() - kLength.size() - kUnit.size()));
-    ValueInfo info = *find_value_info("consistency");
+  // The self-consistency error of pieces of another length: "consistency_8ms", "consistency_cold_share_8ms".
+  constexpr std::string_view kUnit = "ms";
+  const size_t before = name.rfind('_');
+  const ValueInfo* of_pieces = before == std::string_view::npos ? nullptr : find_value_info(name.substr(0, before));
+  if (of_pieces != nullptr && reads(of_pieces->measure, Reads::kPieces) && name.ends_with(kUnit) &&
+      std::isdigit(static_cast<unsigned char>(name[before + 1])) != 0) {
+    const std::string length(name.substr(before + 1, name.size() - before - 1 - kUnit.size()));
+    ValueInfo info = *of_pieces;
     info.name = name;
     info.label += ", pieces of " + length + " ms";
     info.brief += ", pieces of " + length + " ms";

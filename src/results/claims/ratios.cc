@@ -62,10 +62,11 @@ Ratio Ratios::at_timestep(const std::string& system, const std::string& first, c
 
 // Errors of the pieces whose mean the figure is, by the initial state of their motion; one group if there is one state.
 std::vector<std::vector<double>> Ratios::pieces_of(const Figure& figure, const std::string& value) const {
-  if (value != "consistency" || figure.cell == 0 || figure.is_bound) return {};
+  const bool cold = value == "consistency_cold";
+  if ((!cold && value != "consistency") || figure.cell == 0 || figure.is_bound) return {};
   std::vector<double> errors, states;
   for (SampleSeries& series : results_->store().samples(figure.cell)) {
-    if (series.name == "piece_error_m") errors = std::move(series.values);
+    if (series.name == (cold ? "piece_cold_error_m" : "piece_error_m")) errors = std::move(series.values);
     if (series.name == "piece_state") states = std::move(series.values);
   }
   if (errors.empty()) return {};

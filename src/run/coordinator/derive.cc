@@ -77,27 +77,32 @@ void derive_truth(const std::vector<Cell>& cells, std::vector<Store::Derived>& d
   }
 }
 
-// The floor of a curve: the error of a restart at the fine-step run's own timestep, or where the curve stops falling,
-// whichever is larger. Errors near it are bounds of what the timestep costs: by the triangle inequality at most the
-// measured distance and the floor.
+// The floor of a curve: the error of a restart at the fine-step run's own timestep (nothing where the reference starts
+// anew, too), or where the curve stops falling, whichever is larger. Errors near it are bounds of what the timestep
+// costs: by the triangle inequality at most the measured distance and the floor.
+void derive_floor(const Curve& curve, const std::string& value, std::optional<double> restart,
+                  std::vector<Store::Derived>& derived) {
+  std::vector<ErrorAt> errors;
+  for (const Cell* cell : curve) {
+    const auto error = value_of(*cell, value);
+    if (error && !value_of(*cell, "restart_floor")) errors.push_back({cell->timestep_ms, *error, 0});
+  }
+  const auto flat = plateau(errors);
+  if (!restart && !flat) return;
+  const double floor = std::max(restart.value_or(0), flat.value_or(0));
+  for (const Cell* cell : curve) {
+    const Value* error = find_value(*cell, value);
+    if (error == nullptr || !error->value || value_of(*cell, "restart_floor")) continue;
+    if (*error->value > kNearFloor * floor) continue;
+    derived.push_back({cell->id, {value + "_floor", "m", floor, {}, {}}});
+    derived.push_back({cell->id, {value + "_bound", "m", error->high.value_or(*error->value) + floor, {}, {}}});
+  }
+}
+
 void derive_consistency(const std::vector<Cell>& cells, std::vector<Store::Derived>& derived) {
   for (const auto& [name, curve] : curves(cells, Reads::kPieces)) {
-    const auto restart = value_of(*curve.front(), "restart_floor");
-    std::vector<ErrorAt> errors;
-    for (const Cell* cell : curve) {
-      const auto error = value_of(*cell, "consistency");
-      if (error && !value_of(*cell, "restart_floor")) errors.push_back({cell->timestep_ms, *error, 0});
-    }
-    const auto flat = plateau(errors);
-    if (!restart && !flat) continue;
-    const double floor = std::max(restart.value_or(0), flat.value_or(0));
-    for (const Cell* cell : curve) {
-      const Value* error = find_value(*cell, "consistency");
-      if (error == nullptr || !error->value || value_of(*cell, "restart_floor")) continue;
-      if (*error->value > kNearFloor * floor) continue;
-      derived.push_back({cell->id, {"consistency_floor", "m", floor, {}, {}}});
-      derived.push_back({cell->id, {"consistency_bound", "m", error->high.value_or(*error->value) + floor, {}, {}}});
-    }
+    derive_floor(curve, "consistency", value_of(*curve.front(), "restart_floor"), derived);
+    derive_floor(curve, "consistency_cold", std::nullopt, derived);
   }
 }
 
@@ -256,7 +261,7 @@ std::vector<std::pair<std::string, std::string>> asked_ratios(const Store& store
 
 const std::vector<std::string>& derived_values() {
   static const std::vector<std::string> kNames = {
-      "truth_order",     "truth_floor", "consistency_floor",       "consistency_bound",
+      "truth_order",     "truth_floor", "consistency_floor",       "consistency_bound", "consistency_cold_floor", "consistency_cold_bound",
       "aa_ratio",        "time_ratio",  "largest_stable_timestep", "stable_up_to_timestep",
       "scaling_exponent"};
   return kNames;

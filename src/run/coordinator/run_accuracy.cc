@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "measures/measure.h"
+#include "results/store/trajectory.h"
 #include "run/coordinator/run_accuracy_jobs.h"
 #include "run/coordinator/run_kept.h"
 
@@ -28,6 +29,8 @@ class AccuracyPass {
   void add_producer(const std::string& address, const AccuracyJob& producer);
   void produced(const std::string& address, const AccuracyJob& producer, const JobEnd& end);
   void add(AccuracyJob& ready);
+  void made_pieces(const std::string& address, const JobEnd& end);
+  void leave_pieces_out(const std::string& address);
   void release(const std::string& address, const std::optional<Ending>& failure);
   void release_settled(const std::map<std::string, AccuracyJob>& producers);
   void leave_truth_out(const std::string& address, const std::string& why);
@@ -51,8 +54,32 @@ void AccuracyPass::ended_for_others(bool made, double run_s) {
 }
 
 void AccuracyPass::add(AccuracyJob& ready) {
-  ready.job.on_end = [this, cells = ready.cells](const JobEnd& end) { answers_.put(cells, end); };
+  ready.job.on_end = [this, cells = ready.cells, makes = ready.makes](const JobEnd& end) {
+    answers_.put(cells, end);
+    if (!makes.empty()) made_pieces(makes, end);
+  };
   pool_.add(std::move(ready.job));
+}
+
+// Pieces that others of their contender are compared with, or do without.
+void AccuracyPass::made_pieces(const std::string& address, const JobEnd& end) {
+  if (end.outside) {  // what needs it is left for the next start
+    std::erase_if(waiting_, [&](const AccuracyJob& one) { return one.needs.contains(address); });
+    return;
+  }
+  if (has_trajectory(run_.store.trajectories_dir(), address)) {
+    kept_.keep(address);
+  } else {
+    leave_pieces_out(address);
+  }
+  release(address, std::nullopt);
+}
+
+void AccuracyPass::leave_pieces_out(const std::string& address) {
+  for (AccuracyJob& one : waiting_) {
+    auto* pieces = std::get_if<PiecesJob>(&one.job.request);
+    if (pieces != nullptr && pieces->cold == address) pieces->cold.clear();
+  }
 }
 
 // What waits for a run goes on or fails with it.
@@ -142,10 +169,11 @@ void AccuracyPass::produced(const std::string& address, const AccuracyJob& produ
 
 // Of runs that are there, or that are known to fail.
 void AccuracyPass::release_settled(const std::map<std::string, AccuracyJob>& producers) {
-  std::set<std::string> settled;
+  std::set<std::string> settled, made;
+  for (const AccuracyJob& one : waiting_) made.insert(one.makes);
   for (const AccuracyJob& one : waiting_) {
     for (const std::string& address : one.needs) {
-      if (!producers.contains(address)) settled.insert(address);
+      if (!producers.contains(address) && !made.contains(address)) settled.insert(address);
     }
   }
   for (const std::string& address : settled) {

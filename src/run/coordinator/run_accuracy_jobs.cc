@@ -8,6 +8,7 @@
 
 #include "base/hash.h"
 #include "base/json.h"
+#include "base/text.h"
 #include "measures/measure.h"
 #include "results/store/trajectory.h"
 #include "run/coordinator/subject.h"
@@ -55,6 +56,7 @@ class AccuracyPlanner {
   void plan_truths();
   void plan_truth(const CampaignSystem& of, double run_s);
   void plan_measures();
+  void plan_cold(const PlannedCell& reader);
   void plan_agreement();
 
   bool is_scored(const PlannedCell& cell) const { return work_.is_scored(run_.contender(cell)); }
@@ -98,7 +100,8 @@ PiecesJob AccuracyPlanner::pieces_job(const PlannedCell& cell, std::vector<std::
           cell.timestep_ms,     run_.store.trajectories_dir(),
           std::move(addresses), of.pieces,
           std::move(lengths),   of.reference_of(run_.contender(cell)),
-          of.grid_ms(),         run_.seed()};
+          of.grid_ms(),         run_.seed(),
+          cell.cold};
 }
 
 // Runs that others need or that are cells of their own.
@@ -163,6 +166,7 @@ void AccuracyPlanner::plan_reference(const std::string& address, const Reference
   run.subject.sample_ms = system.grid_ms();
   run.measures = {kFineRunCell};
   run.state = state;
+  run.watch = std::ranges::any_of(system.measures, [](const Measure* measure) { return measure->reads_between; });
   if (there) {
     run.use = {address};
   } else {
@@ -212,6 +216,7 @@ void AccuracyPlanner::plan_truth(const CampaignSystem& of, double run_s) {
 // All measures but those of pieces read the same run.
 void AccuracyPlanner::plan_measures() {
   std::map<std::tuple<int, int, double>, size_t> runs;
+  std::map<std::string, const PlannedCell*> readers;  // of pieces at the fine-step run's timestep
   for (const PlannedCell* cell : work_.todo) {
     if (cell->reads != Reads::kPieces && !shares_runs(cell->reads)) continue;
     if (!is_scored(*cell)) continue;
@@ -235,7 +240,15 @@ void AccuracyPlanner::plan_measures() {
       job.cost = time_left_.cost(*cell);
     }
     if (!is_run) {
-      job.request = pieces_job(*cell, std::move(addresses));
+      const PiecesJob pieces = pieces_job(*cell, std::move(addresses));
+      const bool is_reference = same_timestep(cell->timestep_ms, pieces.reference_ms);
+      if (is_reference) {
+        planned.makes = cell->cold;
+      } else {
+        planned.needs.insert(cell->cold);
+        readers[cell->cold] = cell;
+      }
+      job.request = pieces;
       continue;
     }
     if (!shared) {
@@ -259,6 +272,27 @@ void AccuracyPlanner::plan_measures() {
       planned.needs.insert(run.truth);
     }
   }
+  for (const AccuracyJob& planned : jobs_.waiting) readers.erase(planned.makes);
+  for (const auto& [address, reader] : readers) {
+    if (!kept_.has(address)) plan_cold(*reader);
+  }
+}
+
+// Pieces at the fine-step run's timestep whose cell is measured already, or by another part.
+void AccuracyPlanner::plan_cold(const PlannedCell& reader) {
+  const CampaignContender& of = run_.contender(reader);
+  PlannedCell cell = reader;
+  cell.timestep_ms = run_.system(reader).reference_of(of);
+  std::vector<std::string> addresses = {cell.trajectory};
+  addresses.insert(addresses.end(), cell.other_states.begin(), cell.other_states.end());
+  AccuracyJob& planned = jobs_.waiting.emplace_back();
+  planned.makes = cell.cold;
+  planned.needs.insert(addresses.begin(), addresses.end());
+  planned.job.request = pieces_job(cell, std::move(addresses));
+  planned.job.title =
+      fmt::format("pieces of {} {} at the reference's timestep", run_.system(cell).name, of.resolved.name);
+  planned.job.limit_s = run_.campaign.time_limit_s * run_.system(cell).initial_states.count;
+  planned.job.cost = time_left_.cost(reader) * reader.timestep_ms / cell.timestep_ms;
 }
 
 // Compares each contender's reference run with those of all others that have one.

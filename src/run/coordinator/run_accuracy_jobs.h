@@ -20,6 +20,7 @@ struct AccuracyJob {
   std::vector<const PlannedCell*> part_of = {};  // cells whose cost includes it
   double run_s = 0;                              // its cost, of a run that no cell of this part reads
   bool is_made = true;                           // and not read from the results
+  std::string makes = {};                        // address of what others of `waiting` wait for, "" for nothing
 };
 
 struct AccuracyJobs {

@@ -64,7 +64,7 @@ void fields(auto& is, Of<RunJob> auto& m) {
   is("subject", m.subject)("timestep_ms", m.timestep_ms)("measures", m.measures)("trajectories", m.trajectories);
   is("state", m.state)("states", m.states);
   is("save", m.save)("use", m.use)("truth", m.truth)("seed", m.seed)("grasp", m.grasp)("partial", m.partial);
-  is("against", m.against)("keep", m.keep)("keep_state", m.keep_state);
+  is("against", m.against)("keep", m.keep)("keep_state", m.keep_state)("watch", m.watch);
 }
 void fields(auto& is, Of<TruthJob> auto& m) {
   is("model", m.model)("solution", m.solution)("duration_s", m.duration_s)("sample_ms", m.sample_ms);
@@ -74,7 +74,7 @@ void fields(auto& is, Of<PiecesJob> auto& m) {
   is("measure", m.measure);
   is("subject", m.subject)("timestep_ms", m.timestep_ms)("trajectories", m.trajectories)("references", m.references);
   is("pieces", m.pieces)("piece_ms", m.piece_ms)("reference_ms", m.reference_ms)("grid_ms", m.grid_ms);
-  is("seed", m.seed);
+  is("seed", m.seed)("cold", m.cold);
 }
 void fields(auto& is, Of<AgreementJob::Other> auto& m) { is("name", m.name)("address", m.address); }
 void fields(auto& is, Of<AgreementJob> auto& m) {

@@ -94,6 +94,7 @@ struct RunJob {
   // it went.
   std::string keep = {};
   int keep_state = 0;
+  bool watch = false;  // what is seen between samples is kept with the run that is saved, for measures that want it
 };
 
 // The reference solution of a smooth system, at the moments of a run's samples: no engine takes part. The answer has a
@@ -106,7 +107,8 @@ struct TruthJob {
   std::string trajectories, save;
 };
 
-// Self-consistency: pieces of reference runs, each started from one of their states.
+// Self-consistency: pieces of reference runs, each started from one of their states. At the reference's own timestep
+// the pieces are what those of all other timesteps are compared with: motions that start as these do.
 struct PiecesJob {
   std::string measure;
   SubjectSpec subject;
@@ -117,6 +119,7 @@ struct PiecesJob {
   std::vector<double> piece_ms;          // lengths, the main one first
   double reference_ms = 0, grid_ms = 0;  // of the reference runs: timestep, distance of their samples
   std::uint64_t seed = 1;
+  std::string cold;  // address of the ends of the pieces at the reference's timestep: kept there, read elsewhere
 };
 
 // One contender's reference run against those of others.

@@ -92,6 +92,7 @@ CellResult run_cell(const Measure& measure, const RunContext& context, const Run
   seen.single_precision = subject.capabilities.precision == Precision::kSingle;
   seen.grasp = job.grasp;
   if (run.contacts) seen.contacts = &*run.contacts;
+  if (run.watched) seen.watched = &*run.watched;
   if (task) seen.task = &*task;
   seen.work_J = run.account.work;
   seen.policy_s = run.account.policy_s;
@@ -241,13 +242,17 @@ JobDone do_job(const RunJob& job) {
   std::map<const Measure*, std::vector<CellResult>> found;  // of each state
   const RunContext context = {job, subject, task_of(subject), samples, samples * per_sample};
   double engine_s = 0;
-  const bool with_contacts = std::ranges::any_of(measures, &Measure::reads_contacts) && !subject.model.contacts.empty();
+  Looks looks = {.seed = job.seed};
+  looks.contacts = std::ranges::any_of(measures, &Measure::reads_contacts) && !subject.model.contacts.empty();
+  if (job.watch || std::ranges::any_of(measures, &Measure::reads_between)) looks.between = job.grasp;
   for (int i = 0; i < job.states; ++i) {
     const std::string use = std::cmp_less(i, job.use.size()) ? job.use[static_cast<size_t>(i)] : "";
     Run run;
     try {
       check_supported(subject, 1e-3 * job.timestep_ms);
-      if (!use.empty()) {
+      // one that was made without what is wanted is made again
+      if (!use.empty() && looks.between) run.watched = load_watched(dir, use, looks);
+      if (!use.empty() && (run.watched || !looks.between)) {
         run.trajectory = load(dir, use, subject.model);
         thin(run.trajectory.states, samples);
         run.ending = judge(subject, 1e-3 * job.timestep_ms, run.trajectory);
@@ -255,7 +260,7 @@ JobDone do_job(const RunJob& job) {
         const Model& of = subject.unchanged ? *subject.unchanged : subject.model;
         const State start = initial_state(of, subject.states, job.state + i);
         run = run_sampled(
-            subject, start, job.timestep_ms, samples, per_sample, with_contacts,
+            subject, start, job.timestep_ms, samples, per_sample, looks,
             draw_pushes(subject.pushes, job.state + i, job.subject.duration_s, 1e-3 * job.subject.push_sample_ms));
       }
     } catch (const EngineError& error) {
@@ -267,6 +272,7 @@ JobDone do_job(const RunJob& job) {
     if ((ended || partial) && !job.save.empty()) {
       const std::string number = job.states > 1 ? fmt::format("-{}", job.state + i) : "";
       save(dir, job.save + number, run.trajectory);
+      if (run.watched) save_watched(dir, job.save + number, looks, *run.watched);
     }
     // of a replay even what diverges is of use
     if (!job.keep.empty() && job.state + i == job.keep_state && run.trajectory.states.size() > 1) {
@@ -311,6 +317,9 @@ JobDone do_job(const TruthJob& job) {
 
 namespace {
 
+// Of which pieces the share is given.
+constexpr double kPieceLimit = 1e-3;  // m
+
 struct Piece {
   int state = 0;        // number of the initial state whose reference run it is part of
   long long start = 0;  // sample of that run
@@ -337,15 +346,18 @@ bool is_multiple(double a, double b) {
   return ratio > 0.5 && std::abs(ratio - std::round(ratio)) <= 1e-9 * std::max(1.0, ratio);
 }
 
-// Errors of the pieces of one length.
+// The pieces of one length.
 struct PieceErrors {
   double length_ms = 0;
-  std::vector<double> errors, states;
+  std::vector<double> warm, states;  // errors against the fine-step run; numbers of the initial states
+  std::vector<State> ends;
+  std::vector<double> cold;  // errors against the pieces at the fine-step run's timestep
 };
 
 class Pieces {
  public:
-  // Timesteps that the samples of the reference runs cannot resolve are compared at the system's own.
+  // Pieces start at samples of the system, at every timestep at the same ones. They end at samples of the reference
+  // runs, or of the system where these have more than the timestep can resolve.
   Pieces(const PiecesJob& job, const Subject& subject)
       : job_(job),
         subject_(subject),
@@ -356,7 +368,7 @@ class Pieces {
       references_.push_back(load(job.trajectories, address, subject.model, samples + 1));
     }
     for (const double length : job.piece_ms) {
-      if (is_multiple(length, sample_ms_)) lengths_.push_back({length, {}, {}});
+      if (is_multiple(length, sample_ms_)) lengths_.emplace_back().length_ms = length;
     }
   }
 
@@ -364,12 +376,40 @@ class Pieces {
   // about the same simulated time. Throws as Engine::create.
   void run() {
     const double main = job_.piece_ms.front();
-    run_pieces(main, job_.pieces);
+    run_pieces(main);
     for (const PieceErrors& each : lengths_) {
       if (each.length_ms <= main || ending_.outcome == Outcome::kDiverged) continue;
-      run_pieces(each.length_ms,
-                 std::clamp(static_cast<int>(std::llround(job_.pieces * main / each.length_ms)), 1, job_.pieces));
+      run_pieces(each.length_ms);
     }
+  }
+
+  bool is_reference() const { return same_timestep(job_.timestep_ms, job_.reference_ms); }
+
+  // Keeps where the pieces ended, or compares with what was kept: of each length in the job's order, one after the
+  // other.
+  void keep_or_compare() {
+    if (ending_.outcome == Outcome::kDiverged || job_.cold.empty()) return;
+    if (is_reference()) {
+      Trajectory all;
+      for (const PieceErrors& each : lengths_) {
+        all.states.insert(all.states.end(), each.ends.begin(), each.ends.end());
+      }
+      // one after the other in time, as states of a trajectory are
+      for (size_t i = 0; i < all.states.size(); ++i) all.states[i].time = static_cast<double>(i);
+      save(job_.trajectories, job_.cold, all);
+      return;
+    }
+    const Trajectory kept = load(job_.trajectories, job_.cold, subject_.model);
+    size_t next = 0;
+    for (const double length : job_.piece_ms) {
+      const size_t count = static_cast<size_t>(count_of(length));
+      const auto own = std::ranges::find(lengths_, length, &PieceErrors::length_ms);
+      for (size_t i = 0; own != lengths_.end() && i < own->ends.size(); ++i) {
+        own->cold.push_back(measure_.of_piece(own->ends[i], kept.states.at(next + i)));
+      }
+      next += count;
+    }
+    if (next != kept.states.size()) throw SystemError("the pieces at the reference's timestep are of other lengths");
   }
 
   const Ending& ending() const { return ending_; }
@@ -381,19 +421,30 @@ class Pieces {
   }
 
  private:
-  void run_pieces(double length_ms, int count) {
+  int count_of(double length_ms) const {
+    const double main = job_.piece_ms.front();
+    if (length_ms <= main) return job_.pieces;
+    return std::clamp(static_cast<int>(std::llround(job_.pieces * main / length_ms)), 1, job_.pieces);
+  }
+
+  void run_pieces(double length_ms) {
     const bool main = length_ms == job_.piece_ms.front();
+    const double start_ms = job_.subject.sample_ms;
     const long long samples = std::llround(length_ms / sample_ms_);
     const long long stride = std::llround(sample_ms_ / job_.grid_ms);
+    const long long per_start = std::llround(start_ms / job_.grid_ms);
     const long long per_sample = std::llround(sample_ms_ / job_.timestep_ms);
-    const auto total = (static_cast<long long>(references_.front().states.size()) - 1) / stride;
+    const auto total = (static_cast<long long>(references_.front().states.size()) - 1) / per_start;
     piece_ = 0;
-    for (const Piece& piece : spread(total, samples, count, static_cast<int>(references_.size()))) {
+    for (const Piece& piece : spread(total, std::llround(length_ms / start_ms), count_of(length_ms),
+                                     static_cast<int>(references_.size()))) {
       ++piece_;
       state_ = piece.state;
       const std::vector<State>& reference = references_[static_cast<size_t>(piece.state)].states;
-      const auto at = [&](long long sample) -> const State& { return reference[static_cast<size_t>(stride * sample)]; };
-      const Run run = run_sampled(subject_, at(piece.start), job_.timestep_ms, samples, per_sample);
+      const auto at = [&](long long sample) -> const State& {
+        return reference[static_cast<size_t>(per_start * piece.start + stride * sample)];
+      };
+      const Run run = run_sampled(subject_, at(0), job_.timestep_ms, samples, per_sample);
       engine_s_ += run.engine_s;
       if (run.ending.outcome != Outcome::kOk && ending_.outcome != Outcome::kDiverged) {
         ending_ = {run.ending.outcome,
@@ -404,8 +455,8 @@ class Pieces {
       for (PieceErrors& each : lengths_) {
         if (main ? each.length_ms > length_ms : each.length_ms != length_ms) continue;
         const long long end = std::llround(each.length_ms / sample_ms_);
-        each.errors.push_back(
-            measure_.of_piece(run.trajectory.states[static_cast<size_t>(end)], at(piece.start + end)));
+        each.ends.push_back(run.trajectory.states[static_cast<size_t>(end)]);
+        each.warm.push_back(measure_.of_piece(each.ends.back(), at(end)));
         each.states.push_back(piece.state);
       }
     }
@@ -431,6 +482,7 @@ JobDone do_job(const PiecesJob& job) {
   try {
     check_supported(subject, 1e-3 * job.timestep_ms);
     pieces.run();
+    pieces.keep_or_compare();
     cell.ending = pieces.ending();
   } catch (const EngineError& error) {
     cell.ending = failed_to_start(error, pieces.where());
@@ -439,20 +491,29 @@ JobDone do_job(const PiecesJob& job) {
     for (const PieceErrors& each : pieces.lengths()) {
       const bool main = each.length_ms == job.piece_ms.front();
       // pieces of one motion depend on each other: where there are several motions, these are drawn
-      const Interval error = job.references.size() == 1
-                                 ? bootstrap_mean(each.errors, job.seed)
-                                 : bootstrap_mean_of_groups(grouped(each.errors, each.states), job.seed);
-      cell.values.push_back({main ? job.measure : fmt::format("{}_{}ms", job.measure, shortest(each.length_ms)), "m",
-                             error.value, error.low, error.high});
-      if (main && same_timestep(job.timestep_ms, job.reference_ms)) {
-        cell.values.push_back({"restart_floor", "m", error.value, error.low, error.high});
+      const auto groups = [&](const std::vector<double>& errors) {
+        return job.references.size() == 1 ? std::vector<std::vector<double>>{errors} : grouped(errors, each.states);
+      };
+      const auto put = [&](const std::string& name, const std::string& unit, const Interval& of) {
+        cell.values.push_back({main ? name : fmt::format("{}_{}ms", name, shortest(each.length_ms)), unit, of.value,
+                               of.low, of.high});
+      };
+      const auto keep = [&](const std::string& name, const std::vector<double>& numbers) {
+        cell.samples.push_back({main ? name : fmt::format("{} {} ms", name, shortest(each.length_ms)), numbers});
+      };
+      if (!each.cold.empty()) {
+        put(job.measure + "_cold", "m", bootstrap_mean_of_groups(groups(each.cold), job.seed));
+        put(job.measure + "_cold_median", "m", bootstrap_median_of_groups(groups(each.cold), job.seed));
+        put(job.measure + "_cold_share", "1", share_within_of_groups(groups(each.cold), kPieceLimit, job.seed));
+        keep("piece_cold_error_m", each.cold);
       }
-      cell.samples.push_back(
-          {main ? "piece_error_m" : fmt::format("piece_error_m {} ms", shortest(each.length_ms)), each.errors});
-      if (job.references.size() > 1) {
-        cell.samples.push_back(
-            {main ? "piece_state" : fmt::format("piece_state {} ms", shortest(each.length_ms)), each.states});
+      const Interval warm = bootstrap_mean_of_groups(groups(each.warm), job.seed);
+      put(job.measure, "m", warm);
+      if (main && pieces.is_reference()) {
+        cell.values.push_back({"restart_floor", "m", warm.value, warm.low, warm.high});
       }
+      keep("piece_error_m", each.warm);
+      if (job.references.size() > 1) keep("piece_state", each.states);
     }
   }
   return job_done({std::move(cell)}, pieces.engine_s());

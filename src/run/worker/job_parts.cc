@@ -6,8 +6,11 @@
 #include <filesystem>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "base/errors.h"
+#include "base/hash.h"
+#include "base/json.h"
 #include "controls/changes/change.h"
 #include "controls/engine_actuators.h"
 #include "controls/work.h"
@@ -83,8 +86,9 @@ class ContactLooks {
   ContactLooks(const Subject& subject, double timestep_s)
       : sums_(subject.model, timestep_s, subject.capabilities.contact_forces == ContactForces::kAll) {}
 
-  void advance(Stepper& stepper, long long steps) {
-    const long long looks = std::min(steps, kLooks);
+  // `share` of a sample's looks are due.
+  void advance(Stepper& stepper, long long steps, double share) {
+    const long long looks = std::min(steps, static_cast<long long>(std::ceil(share * kLooks)));
     long long done = 0;
     for (long long look = 1; look <= looks; ++look) {
       const long long end = steps * look / looks;
@@ -113,7 +117,7 @@ class ContactLooks {
 }  // namespace
 
 Run run_sampled(const Subject& subject, const State& start, double timestep_ms, long long samples, long long per_sample,
-                bool with_contacts, const std::vector<Push>& pushes) {
+                const Looks& asked, const std::vector<Push>& pushes) {
   const long long steps = per_sample;
   const double timestep_s = 1e-3 * timestep_ms;
   const double duration_s = timestep_s * static_cast<double>(samples * steps);
@@ -127,33 +131,40 @@ Run run_sampled(const Subject& subject, const State& start, double timestep_ms, 
   run.trajectory.states.reserve(static_cast<size_t>(samples) + 1);
   run.trajectory.states.push_back(stepper.read());
   std::optional<ContactLooks> looks;
-  if (with_contacts && stepper.keep_contacts()) looks.emplace(subject, timestep_s);
+  if (asked.contacts && stepper.keep_contacts()) looks.emplace(subject, timestep_s);
+  std::optional<Watch> watch;
+  if (asked.between) watch.emplace(subject.model, stepper.state(), *asked.between);
+  const long long block = watch ? std::min(steps, watch_steps(timestep_ms)) : steps;
   std::string impossible;
   for (long long sample = 1; sample <= samples; ++sample) {
     const double time = start.time + timestep_s * static_cast<double>(sample * steps);
     std::string why;
-    const double cpu_before = cpu_seconds(), engine_before = stepper.engine_s();
-    try {
-      if (looks) {
-        looks->advance(stepper, steps);
-      } else {
-        stepper.advance(steps);
-      }
-    } catch (const EngineError& error) {
-      why = error.what();
-    }
-    // With torques at each step, or contacts that are read, only the wall clock is cheap enough to measure the engine's
-    // part.
-    const double cpu_s = cpu_seconds() - cpu_before;
-    const bool only_steps = subject.free_running && !looks;
-    run.engine_s += only_steps ? cpu_s : std::min(cpu_s, stepper.engine_s() - engine_before);
-    try {
-      if (why.empty()) stepper.read();
-    } catch (const EngineError& error) {
-      why = error.what();
-    }
     const State& state = stepper.state();
-    if (why.empty()) why = plausibility->divergence(state);
+    for (long long done = 0; done < steps && why.empty(); done += block) {
+      const long long now = std::min(block, steps - done);
+      const double cpu_before = cpu_seconds(), engine_before = stepper.engine_s();
+      try {
+        if (looks) {
+          looks->advance(stepper, now, static_cast<double>(now) / static_cast<double>(steps));
+        } else {
+          stepper.advance(now);
+        }
+      } catch (const EngineError& error) {
+        why = error.what();
+      }
+      // With torques at each step, or contacts that are read, only the wall clock is cheap enough to measure the
+      // engine's part.
+      const double cpu_s = cpu_seconds() - cpu_before;
+      const bool only_steps = subject.free_running && !looks;
+      run.engine_s += only_steps ? cpu_s : std::min(cpu_s, stepper.engine_s() - engine_before);
+      try {
+        if (why.empty()) stepper.read();
+      } catch (const EngineError& error) {
+        why = error.what();
+      }
+      if (why.empty()) why = plausibility->divergence(state);
+      if (why.empty() && watch) watch->look(state);
+    }
     if (!why.empty()) {
       run.ending = {Outcome::kDiverged, fmt::format("by {:.4g} s: {}", time, why)};
       break;
@@ -177,6 +188,7 @@ Run run_sampled(const Subject& subject, const State& start, double timestep_ms, 
   run.account = stepper.account();
   if (run.ending.outcome == Outcome::kOk && !impossible.empty()) run.ending = {Outcome::kUnstable, impossible};
   if (looks) run.contacts = looks->residuals();
+  if (watch) run.watched = watch->watched(asked.seed);
   return run;
 }
 
@@ -191,6 +203,33 @@ namespace {
 }
 
 }  // namespace
+
+namespace {
+
+std::string watched_address(const std::string& run, const Looks& looks) {
+  constexpr int kVersion = 1;
+  const GraspBodies& grasp = *looks.between;
+  const nlohmann::json content = {{"watched", kVersion},
+                                  {"run", run},
+                                  {"grasp", {grasp.object, grasp.hand, grasp.drop_m}},
+                                  {"seed", looks.seed}};
+  return content_hash(dump_json(content));
+}
+
+}  // namespace
+
+void save_watched(const std::string& dir, const std::string& run, const Looks& looks, const Watched& watched) {
+  State numbers;
+  numbers.position = watched.numbers();
+  numbers.velocity.resize(numbers.position.size());
+  save(dir, watched_address(run, looks), {{numbers}});
+}
+
+std::optional<Watched> load_watched(const std::string& dir, const std::string& run, const Looks& looks) {
+  const auto kept = read_trajectory(dir, watched_address(run, looks));
+  if (!kept || kept->states.size() != 1) return std::nullopt;
+  return Watched::of(kept->states.front().position);
+}
 
 void save(const std::string& dir, const std::string& address, const Trajectory& trajectory) {
   if (!has_trajectory(dir, address)) write_trajectory(dir, address, trajectory);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "measures/contact_residuals.h"
+#include "measures/watch.h"
 #include "results/store/trajectory.h"
 #include "run/messages/messages.h"
 #include "run/worker/stepper.h"
@@ -58,12 +59,26 @@ struct Run {
   ControlAccount account = {};
   // Of steps spread over the run; empty where nobody asked, the engine gives none, or nothing touched.
   std::optional<ContactResiduals> contacts = {};
+  std::optional<Watched> watched = {};  // empty where nobody asked
+};
+
+// What of a run is looked at beside its samples.
+struct Looks {
+  bool contacts = false;
+  std::optional<GraspBodies> between = {};  // joints, surfaces and this grasp between samples (measures/watch.h)
+  std::uint64_t seed = 1;                   // of its intervals
 };
 
 // Takes `samples` times `per_sample` steps from `start`, with pushes at samples: the state of that sample is the one
 // before. Lets create()'s EngineError through.
 Run run_sampled(const Subject& subject, const State& start, double timestep_ms, long long samples, long long per_sample,
-                bool with_contacts = false, const std::vector<Push>& pushes = {});
+                const Looks& looks = {}, const std::vector<Push>& pushes = {});
+
+// What was seen of a run between its samples, kept beside it: of the run with this address, read with that grasp and
+// seed.
+void save_watched(const std::string& dir, const std::string& run, const Looks& looks, const Watched& watched);
+// Absent where it was not kept, or cannot be read.
+std::optional<Watched> load_watched(const std::string& dir, const std::string& run, const Looks& looks);
 
 // Does nothing when the file exists: the same address means the same content.
 void save(const std::string& dir, const std::string& address, const Trajectory& trajectory);

@@ -217,8 +217,43 @@ TEST(PlausibleModels, AThinPlateMaySinkInByLessThanItIsWideAndNotFallThrough) {
   State state = model.initial;
   state.bodies[0].p_WBcm.z() = -1e-4;
   EXPECT_EQ(plausibility.impossibility(state), "") << "a soft contact under the plate's weight";
-  state.bodies[0].p_WBcm.z() = -1e-3;
-  EXPECT_THAT(plausibility.impossibility(state), HasSubstr("wholly below the ground"));
+  state.bodies[0].p_WBcm.z() = -2e-3;
+  EXPECT_THAT(plausibility.impossibility(state), HasSubstr(kBelowGround));
+}
+
+// The scale is the robot's: what puts a plate through the ground is a foot of a long leg that is pressed in.
+TEST(PlausibleModels, AFootOfALongLegMayLieDeeperThanAPlateByItself) {
+  Model model;
+  model.bodies.resize(2);
+  model.bodies[0].name = "leg";
+  model.bodies[1].name = "foot";
+  for (Body& body : model.bodies) {
+    body.mass = 1;
+    body.I_BBcm_B = 1e-3 * Mat3::Identity();
+  }
+  model.bodies[0].p_BBcm = {0, 0, 0.4};
+  model.bodies[1].parent = 0;
+  model.bodies[1].joint = 0;
+  model.bodies[1].X_PB.p = {0, 0, 0.8};
+  Joint& ankle = model.joints.emplace_back();
+  ankle.name = "ankle";
+  ankle.child = 1;
+  Shape& sole = model.shapes.emplace_back();
+  sole.type = ShapeType::kBox;
+  sole.body = 1;
+  sole.half_size = {0.05, 0.05, 1e-6};
+  model.shapes.emplace_back().type = ShapeType::kPlane;
+  model.contacts = {{0, 1, 1.0}};
+  model.initial = reference_state(model);
+  const Plausibility plausibility(model, model.initial, 1);
+  const auto at = [&](double height) {
+    State state = model.initial;
+    for (BodyState& body : state.bodies) body.p_WBcm.z() += height - 0.8;
+    return plausibility.impossibility(state);
+  };
+  EXPECT_EQ(at(-2.8e-4), "");
+  EXPECT_EQ(at(-0.01), "");
+  EXPECT_THAT(at(-0.05), HasSubstr(kBelowGround));
 }
 
 // A weld's pose has the digits of its file: engines close the gap in a step.

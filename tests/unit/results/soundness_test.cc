@@ -96,5 +96,21 @@ TEST_F(Soundness, TodaysResultsAreTakenAsTheyAre) {
   EXPECT_EQ(judged_cells(store_).changed, 2U);
 }
 
+TEST_F(Soundness, WhatLayBelowTheGroundByAnOlderRuleStaysUnstableAndIsSaid) {
+  Cell runs;
+  runs.key = "foot";
+  runs.system = "humanoid";
+  runs.contender = "bullet-default";
+  runs.timestep_ms = 8;
+  runs.measure = "violation";
+  runs.outcome = Outcome::kUnstable;
+  runs.reason = "at 0.5 s: a shape of body 'foot' lies wholly below the ground, by 0.00028 m";
+  store_.put_cell(runs);
+  store_.set_manifest({{kSoundnessEntry, "2"}});
+  EXPECT_THAT(judged_cells(store_).note, HasSubstr("1 cell is unstable by an older rule"));
+  store_.set_manifest({{kSoundnessEntry, std::to_string(kSoundnessRules)}});
+  EXPECT_THAT(judged_cells(store_).note, IsEmpty());
+}
+
 }  // namespace
 }  // namespace assay
