@@ -129,12 +129,15 @@ Question question_of(const LimitOptions& options, const SystemAnswers& answers) 
   return question;
 }
 
+std::string limit_of(const Asked& asked) {
+  return phrase(asked.is_usual ? "within_usual" : "within", {{"value", asked.value.brief}, {"limit", asked.text}});
+}
+
 std::string limits_text(const Question& question) {
   std::vector<std::string> parts;
   parts.reserve(question.asked.size() + 1);
   for (const Asked& asked : question.asked) {
-    parts.push_back(
-        phrase(asked.is_usual ? "within_usual" : "within", {{"value", asked.value.brief}, {"limit", asked.text}}));
+    parts.push_back(limit_of(asked));
   }
   if (question.limits.realtime) {
     parts.push_back(phrase("at_least", {{"realtime", realtime_text(*question.limits.realtime)}}));

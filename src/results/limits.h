@@ -59,6 +59,7 @@ Question read_limits(const LimitOptions& options, const Askable& of, const FindV
 // What the options ask of measured results. Throws InputError as read_limits(), and for a question without limits.
 Question question_of(const LimitOptions& options, const SystemAnswers& answers);
 
+std::string limit_of(const Asked& asked);  // "slip within 5 mm (default)"
 // "truth error within 1mm, slip within 5 mm (default), at least 5× real time"
 std::string limits_text(const Question& question);
 

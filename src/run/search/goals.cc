@@ -23,6 +23,10 @@ bool measures_value(const CampaignSystem& system, const std::string& value) {
   return std::ranges::any_of(system.measures, [&](const Measure* each) { return each->name == measure; });
 }
 
+bool touches(const CampaignSystem& system) {
+  return measures_value(system, kPenetration) && !system.model.contacts.empty();
+}
+
 bool is_measured(const Campaign& campaign, const ValueInfo& value) {
   return std::ranges::any_of(campaign.systems,
                              [&](const CampaignSystem& system) { return measures_value(system, value.name); });
@@ -56,22 +60,27 @@ std::vector<std::string> errors_of(const Campaign& campaign) {
 }
 
 std::vector<UsualLimit> usual_limits(const Campaign& campaign) {
+  std::optional<double> depth;
+  bool holds = false;
+  for (const CampaignSystem& system : campaign.systems) {
+    holds = holds || measures_value(system, kSlip);
+    if (!touches(system) || !Separations(system.model).has_all()) continue;
+    const double own = usual_penetration_limit(system.model).value_or(kUsualPenetration);
+    depth = std::min(depth.value_or(own), own);
+  }
   std::vector<UsualLimit> usual;
-  const auto touches = [](const CampaignSystem& system) {
-    return measures_value(system, kPenetration) && !system.model.contacts.empty() && Separations(system.model).has_all();
-  };
-  const auto holds = [](const CampaignSystem& system) { return measures_value(system, kSlip); };
-  if (std::ranges::any_of(campaign.systems, touches)) usual.push_back({"penetration", kPenetration, kUsualPenetration});
-  if (std::ranges::any_of(campaign.systems, holds)) usual.push_back({"slip", kSlip, kUsualSlip});
+  if (depth) usual.push_back({"penetration", kPenetration, *depth});
+  if (holds) usual.push_back({"slip", kSlip, kUsualSlip});
   return usual;
 }
 
 Question question_of(const Campaign& campaign, const LimitOptions& options) {
-  Askable of = {.errors = errors_of(campaign), .usual = usual_limits(campaign), .where = fmt::format("on any system of '{}'", campaign.name)};
+  Askable of = {.errors = errors_of(campaign),
+                .usual = usual_limits(campaign),
+                .where = fmt::format("on any system of '{}'", campaign.name)};
   for (const CampaignSystem& system : campaign.systems) {
-    if (!measures_value(system, kPenetration) || system.model.contacts.empty()) continue;
-    of.start_overlap =
-        std::max(of.start_overlap, Separations(system.model).deepest_penetration(system.model.initial));
+    if (!touches(system)) continue;
+    of.start_overlap = std::max(of.start_overlap, Separations(system.model).deepest(system.model.initial).whole);
   }
   return read_limits(options, of, [&](const std::string& option, const std::string& name) {
     return limitable_in(campaign, option, name);

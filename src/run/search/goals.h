@@ -13,8 +13,7 @@ namespace assay {
 // The values that --error limits: each system's error against the reference solution, else its self-consistency error.
 std::vector<std::string> errors_of(const Campaign& campaign);
 
-// What questions limit of contacts on the campaign's systems, before anything is measured: the penetration's limit is
-// the largest that a system may have, and that of its measure counts once it is stored.
+// What questions limit of contacts on the campaign's systems, before anything is measured: what the measures will store.
 std::vector<UsualLimit> usual_limits(const Campaign& campaign);
 
 // Limits on what the campaign measures. Throws InputError as read_limits(), and for a value that no system measures: it
