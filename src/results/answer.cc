@@ -347,7 +347,7 @@ std::string missed_text(const std::map<std::string, Worst>& worst, std::optional
     const double factor = own->second.value.value / asked.largest;
     parts.push_back(
         phrase("figure", {{"value", asked.value.brief}, {"figure", worst_text(own->second, asked.value.unit)}}) +
-        (factor > 1 && std::isfinite(factor) ? missing("over", factor) : ""));
+        (exceeds(own->second.value.value, asked.largest) && std::isfinite(factor) ? missing("over", factor) : ""));
   }
   if (question.limits.realtime && speed) {
     const double least = *question.limits.realtime;

@@ -463,7 +463,7 @@ std::optional<Exceeded> first_exceeded(const SystemAnswers& answers, const Candi
     if (first && point.timestep_ms >= first->timestep_ms) continue;
     for (const auto& [name, limit] : limits.largest) {
       const auto found = other.worst.find(name);
-      if (found == other.worst.end() || found->second.value.value <= limit) continue;
+      if (found == other.worst.end() || !exceeds(found->second.value.value, limit)) continue;
       first = Exceeded{point.timestep_ms, name, found->second};
       break;
     }
@@ -488,7 +488,7 @@ End unknown_at(const Point& point, const Limits& limits) {
   bool whole = !point.worst.empty();
   for (const auto& [name, limit] : limits.largest) {
     const auto own = point.worst.find(name);
-    if (own != point.worst.end() && own->second.value.value > limit) return End::kNone;
+    if (own != point.worst.end() && exceeds(own->second.value.value, limit)) return End::kNone;
     whole = whole && own != point.worst.end();
   }
   if (!point.speed) return End::kTimed;
@@ -545,9 +545,11 @@ Written written(double value, const std::string& unit, int up) {
   const std::string digits = fmt::format("{:.2e}", value / own->scale);  // "2.41e+00"
   const auto number = [](const std::string& text) { return std::strtod(text.c_str(), nullptr); };
   Written best{number(digits), *own};
-  if ((up > 0 && best.value() < value) || (up < 0 && best.value() > value)) {
-    const int hundredths = 100 * (digits[0] - '0') + 10 * (digits[2] - '0') + (digits[3] - '0') + up;
-    best.number = number(fmt::format("{}.{:02}{}", hundredths / 100, hundredths % 100, digits.substr(4)));
+  if ((up > 0 && exceeds(value, best.value())) || (up < 0 && best.value() > value)) {
+    int hundredths = 100 * (digits[0] - '0') + 10 * (digits[2] - '0') + (digits[3] - '0') + up;
+    int power = std::atoi(digits.c_str() + 5);
+    if (hundredths < 100) hundredths = 999, --power;
+    best.number = number(fmt::format("{}.{:02}e{}", hundredths / 100, hundredths % 100, power));
   }
   return best;
 }
@@ -575,7 +577,7 @@ std::vector<Relaxation> relaxations(const SystemAnswers& answers, const Limits& 
     if (found.empty()) continue;
     const auto own = [&](size_t i) { return answers.candidates[i].worst.at(value).value.value; };
     const Written least = written(own(*std::ranges::min_element(found, {}, own)), unit_of(answers, value), 1);
-    const auto fastest = std::ranges::find_if(found, [&](size_t i) { return own(i) <= least.value(); });
+    const auto fastest = std::ranges::find_if(found, [&](size_t i) { return !exceeds(own(i), least.value()); });
     if (fastest == found.end()) continue;  // no number is above it
     relaxed.push_back({value, least.value(), least.text(), *fastest});
   }
@@ -595,13 +597,15 @@ std::vector<Relaxation> relaxations(const SystemAnswers& answers, const Limits& 
 
 std::string limit_text(double largest, const std::string& unit) { return written(largest, unit, 0).text(); }
 
+bool exceeds(double figure, double limit) { return figure > limit * (1 + 1e-12); }
+
 std::optional<double> excess(const Candidate& candidate, const Limits& limits, bool whole) {
   double most = 0;
   for (const auto& [name, limit] : limits.largest) {
     const auto found = candidate.worst.find(name);
     if (found == candidate.worst.end()) return std::nullopt;
     const double error = whole ? found->second.value.high : found->second.value.value;
-    if (error > limit) most = std::max(most, limit > 0 ? error / limit : HUGE_VAL);
+    if (exceeds(error, limit)) most = std::max(most, limit > 0 ? error / limit : HUGE_VAL);
   }
   const Interval& speed = candidate.speed.factor;
   const double least = limits.realtime.value_or(0), own = whole ? speed.low : speed.value;

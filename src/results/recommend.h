@@ -154,6 +154,9 @@ Edge edge_of(const SystemAnswers& answers, const Candidate& candidate, const Lim
 // A limit as a user gives it, with three digits, in the largest unit in which it is at least 1: "2.41 mm".
 std::string limit_text(double largest, const std::string& unit);
 
+// Beyond what a limit in other units can lose by rounding: 10 µm are within "10µm".
+bool exceeds(double figure, double limit);
+
 // 0 for a candidate within all limits, else the largest factor by which it misses one. Absent when a limited value was
 // not measured there. With `whole` the upper ends of the errors and the lower end of the speed count.
 std::optional<double> excess(const Candidate& candidate, const Limits& limits, bool whole = false);

@@ -52,7 +52,10 @@ function written(value: number, units: { text: string; scale: number }[], up: nu
   const { text, scale } = sorted.find((unit) => unit.text !== "cm" && unit.scale <= value * (1 + 1e-9)) ?? sorted[sorted.length - 1] ?? { text: "", scale: 1 };
   const [mantissa = "1.00", exponent = "+0"] = (value / scale).toExponential(2).split("e");
   let number = Number(`${mantissa}e${exponent}`);
-  if ((up > 0 && number * scale < value) || (up < 0 && number * scale > value)) number = Number(`${((Math.round(Number(mantissa) * 100) + up) / 100).toFixed(2)}e${exponent}`);
+  if ((up > 0 && exceeds(value, number * scale)) || (up < 0 && number * scale > value)) {
+    const hundredths = Math.round(Number(mantissa) * 100) + up;
+    number = hundredths < 100 ? Number(`9.99e${Number(exponent) - 1}`) : Number(`${(hundredths / 100).toFixed(2)}e${exponent}`);
+  }
   return { number, scale, text: shortest(number) + (text ? ` ${text}` : "") };
 }
 
@@ -83,6 +86,11 @@ function picksOf(view: SystemView): Pick[] {
   });
 }
 
+// Beyond what a limit in other units can lose by rounding.
+function exceeds(figure: number, limit: number): boolean {
+  return figure > limit * (1 + 1e-12);
+}
+
 // 0 for a candidate within all limits, else the largest factor by which it misses one; null when a limited value was not
 // measured there. With `whole` the far ends of the intervals count.
 function excess(one: Pick, limits: Limits, whole: boolean): number | null {
@@ -91,7 +99,7 @@ function excess(one: Pick, limits: Limits, whole: boolean): number | null {
     const worst = one.worst[name];
     if (!worst) return null;
     const error = whole ? (worst.high ?? worst.value) : worst.value;
-    if (error > largest) most = Math.max(most, error / largest);
+    if (exceeds(error, largest)) most = Math.max(most, error / largest);
   }
   const speed = whole ? one.speed.low : one.speed.value;
   if (limits.realtime !== null && speed < limits.realtime) most = Math.max(most, limits.realtime / speed);
@@ -108,7 +116,7 @@ function relaxations(view: SystemView, limits: Limits): Relaxation[] {
     if (within.length === 0) continue;
     const least = written(Math.min(...within.map((one) => one.worst[name]!.value)), unitsOf(view, name), 1);
     const to = least.number * least.scale;
-    const fastest = within.find((one) => one.worst[name]!.value <= to);
+    const fastest = within.find((one) => !exceeds(one.worst[name]!.value, to));
     if (fastest) found.push({ name, to, text: least.text, one: fastest });
   }
   if (limits.realtime !== null) {
@@ -138,7 +146,7 @@ interface Edge {
 function unknownAt(point: ViewPoint, limits: Limits): End {
   if (!point.sound) return "none";
   const worst = point.worst ?? {};
-  if (limits.asked.some(({ name, largest }) => worst[name] && worst[name].value > largest)) return "none";
+  if (limits.asked.some(({ name, largest }) => worst[name] && exceeds(worst[name].value, largest))) return "none";
   if (!point.speed) return "timed";
   return Object.keys(worst).length > 0 && limits.asked.every(({ name }) => worst[name]) ? "none" : "measured";
 }
@@ -265,7 +273,7 @@ export class Words {
     for (const { point, worst } of picksOf(this.view)) {
       if (point.contender !== one.point.contender || point.timestep_ms <= one.point.timestep_ms) continue;
       if (first && point.timestep_ms >= first.point.timestep_ms) continue;
-      const over = this.limits.asked.find(({ name, largest }) => worst[name] && worst[name].value > largest);
+      const over = this.limits.asked.find(({ name, largest }) => worst[name] && exceeds(worst[name].value, largest));
       if (over) first = { point, name: over.name, worst: worst[over.name]! };
     }
     if (!first) return one.candidate.margin;
@@ -328,7 +336,7 @@ export class Words {
       const own = worst[name];
       if (!own) continue;
       const factor = own.value / largest;
-      const over = factor > 1 && Number.isFinite(factor) ? this.say("over", { factor: general(factor) }) : "";
+      const over = exceeds(own.value, largest) && Number.isFinite(factor) ? this.say("over", { factor: general(factor) }) : "";
       parts.push(this.say("figure", { value: brief(name), figure: own.text }) + over);
     }
     const least = this.limits.realtime;

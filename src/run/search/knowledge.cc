@@ -86,7 +86,7 @@ Verdict Knowledge::verdict(const PointAt& point, const Limits& limits) const {
         for (const auto& [name, largest] : limits.largest) {
           const Value* value = find_value(stored->second, name);
           if (value == nullptr || !value->value) continue;
-          if (*value->value > largest) return Verdict::kOut;
+          if (exceeds(*value->value, largest)) return Verdict::kOut;
           if (step == point.step) seen[name] = true;
         }
       }
@@ -196,8 +196,8 @@ std::optional<double> Knowledge::error_excess(const PointAt& point, const Limits
           const Value* value = find_value(stored->second, name);
           if (value == nullptr || !value->value) continue;
           if (usual_option(name).empty()) {
-            most = std::max(most.value_or(0), *value->value > largest ? *value->value / largest : 0);
-          } else if (*value->value > largest) {
+            most = std::max(most.value_or(0), exceeds(*value->value, largest) ? *value->value / largest : 0);
+          } else if (exceeds(*value->value, largest)) {
             return std::nullopt;
           }
         }

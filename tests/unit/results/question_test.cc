@@ -203,7 +203,7 @@ TEST_F(QuestionTest, ARelaxedLimitIsNeverBelowTheFigure) {
     const SystemAnswers all = answers();
     const Recommendation found = recommend(all, {{{"consistency_cold", 1e-10}}, {}});
     ASSERT_THAT(found.relaxed, SizeIs(1));
-    EXPECT_GE(found.relaxed[0].to, error);
+    EXPECT_FALSE(exceeds(error, found.relaxed[0].to)) << error;
     EXPECT_LE(found.relaxed[0].to, 1.0101 * error);
     LimitOptions typed = asks(found.relaxed[0].text);
     EXPECT_EQ(question_of(typed, all).limits.largest[0].second, found.relaxed[0].to) << "typed, it is the same";
