@@ -1,4 +1,4 @@
-"""The tables of engines.md, and that of sampled depths in methodology.md.
+"""The tables of engines.md.
 
 RESULTS is a results directory of campaigns/field.toml, or the database of one packed as assay.sqlite.xz; after --worlds one of
 campaigns/batches.toml, after --full one of campaigns/paper.toml (default: the committed one). Without the field's speeds where the
@@ -14,7 +14,6 @@ import tomllib
 from .common import DOCS, milliseconds, opened, standing, table, write
 
 PAGE = DOCS / "engines.md"
-METHODOLOGY = PAGE.with_name("methodology.md")
 FULL = PAGE.parents[1] / "results/intel-xeon-2-cores/assay.sqlite.xz"
 RELEASES = tomllib.loads(PAGE.with_name("releases.toml").read_text("utf-8"))
 NO = "–"
@@ -67,12 +66,6 @@ class Run:
         windows = [statistics.median(window) for window in zip(*rounds)]
         late = range(round((1 - share) * len(weights)), len(weights))
         return sum(weights[i] * windows[i] for i in late) / sum(weights[i] for i in late)
-
-    def states(self, contender, timestep):
-        """The penetration of 27 capsules from each initial state."""
-        return [value for value, in self.db.execute(
-            "SELECT s.value FROM cells c JOIN samples s ON s.cell_id = c.id WHERE c.system = 'capsules-27' AND c.contender = ? AND"
-            " c.timestep_ms = ? AND c.outcome = 'ok' AND s.name = 'penetration_max of states' ORDER BY s.idx", (contender, timestep))]
 
     def facts(self, contender):
         engine, version, capabilities = self.db.execute(
@@ -233,17 +226,6 @@ def answers_table(program, folder, full):
     return table(["question", "fastest within it in this run", "in the full run", "asked by"], rows)
 
 
-def depths_table(field, full):
-    """The same depths at 4 ms, sampled every 4 ms and every 32 ms: means over the states that both runs have."""
-    rows = []
-    for contender in field.contenders:
-        dense, sparse = field.states(contender, 4), full.states(contender, 4)[:len(field.states(contender, 4))]
-        if dense and len(dense) == len(sparse):
-            a, b = 1e3 * statistics.fmean(dense), 1e3 * statistics.fmean(sparse)
-            rows.append((b / a, [f"`{contender}`", f"{a:.1f} mm", f"{b:.1f} mm", f"{100 * (1 - b / a):.0f} %"]))
-    return table(["contender", "sampled every 4 ms", "every 32 ms", "missed"], [row for _, row in sorted(rows)])
-
-
 def add_arguments(parser):
     parser.add_argument("program", metavar="ASSAY")
     parser.add_argument("results", type=pathlib.Path)
@@ -257,7 +239,6 @@ def update(options):
     with opened(options.results) as (database, db), opened(options.full) as (full, other):
         run = Run(db)
         blocks = {"engines": engines_table(run), "figures": figures_table(run, not options.without_speeds)}
-        depths = depths_table(run, Run(other))
         if not options.without_speeds:
             blocks["answers"] = answers_table(options.program, database.parent, full.parent)
     if options.worlds:
@@ -266,5 +247,3 @@ def update(options):
             for system in ("planar-chain", "humanoid"):
                 blocks[f"worlds-{system}"] = worlds_table(run, system)
     write(options.page, blocks)
-    if options.page == PAGE:
-        write(METHODOLOGY, {"depths": depths})

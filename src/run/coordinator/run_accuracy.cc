@@ -29,7 +29,7 @@ class AccuracyPass {
   void add_producer(const std::string& address, const AccuracyJob& producer);
   void produced(const std::string& address, const AccuracyJob& producer, const JobEnd& end);
   void add(AccuracyJob& ready);
-  void made_pieces(const std::string& address, const JobEnd& end);
+  void made_pieces(const std::string& address, bool is_made, const JobEnd& end);
   void leave_pieces_out(const std::string& address);
   void release(const std::string& address, const std::optional<Ending>& failure);
   void release_settled(const std::map<std::string, AccuracyJob>& producers);
@@ -54,21 +54,21 @@ void AccuracyPass::ended_for_others(bool made, double run_s) {
 }
 
 void AccuracyPass::add(AccuracyJob& ready) {
-  ready.job.on_end = [this, cells = ready.cells, makes = ready.makes](const JobEnd& end) {
+  ready.job.on_end = [this, cells = ready.cells, makes = ready.makes, is_made = ready.is_made](const JobEnd& end) {
     answers_.put(cells, end);
-    if (!makes.empty()) made_pieces(makes, end);
+    if (!makes.empty()) made_pieces(makes, is_made, end);
   };
   pool_.add(std::move(ready.job));
 }
 
 // Pieces that others of their contender are compared with, or do without.
-void AccuracyPass::made_pieces(const std::string& address, const JobEnd& end) {
+void AccuracyPass::made_pieces(const std::string& address, bool is_made, const JobEnd& end) {
   if (end.outside) {  // what needs it is left for the next start
     std::erase_if(waiting_, [&](const AccuracyJob& one) { return one.needs.contains(address); });
     return;
   }
   if (has_trajectory(run_.store.trajectories_dir(), address)) {
-    kept_.keep(address);
+    if (is_made) kept_.keep(address);
   } else {
     leave_pieces_out(address);
   }
@@ -155,7 +155,12 @@ void AccuracyPass::produced(const std::string& address, const AccuracyJob& produ
   }
   if (made) {
     // what lay in the results may be a stranger's, who can give any states a right checksum
-    if (producer.is_made) kept_.keep(address);
+    if (producer.is_made) {
+      kept_.keep(address);
+      if (is_run) {
+        for (const std::string& watched : std::get<RunJob>(producer.job.request).watched) kept_.keep(watched);
+      }
+    }
     release(address, std::nullopt);
   } else if (!is_run && run_.options.truth_optional) {
     leave_truth_out(address, failure.reason);

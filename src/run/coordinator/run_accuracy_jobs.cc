@@ -26,6 +26,16 @@ std::string truth_address(const CampaignSystem& system) {
   return content_hash(dump_json(content));
 }
 
+// Of what is seen between samples of the run with this address.
+std::string watched_address(const std::string& run, const RunJob& job) {
+  constexpr int kVersion = 1;
+  const json content = {{"watched", kVersion},
+                        {"run", run},
+                        {"grasp", {job.grasp.object, job.grasp.hand, job.grasp.drop_m}},
+                        {"seed", job.seed}};
+  return content_hash(dump_json(content));
+}
+
 class AccuracyPlanner {
  public:
   AccuracyPlanner(const RunShared& run, const Work& work, KeptRuns& kept, TimeLeft& time_left,
@@ -166,11 +176,13 @@ void AccuracyPlanner::plan_reference(const std::string& address, const Reference
   run.subject.sample_ms = system.grid_ms();
   run.measures = {kFineRunCell};
   run.state = state;
-  run.watch = std::ranges::any_of(system.measures, [](const Measure* measure) { return measure->reads_between; });
+  const bool watches =
+      std::ranges::any_of(system.measures, [](const Measure* measure) { return measure->reads_between; });
   if (there) {
     run.use = {address};
   } else {
     run.save = address;
+    if (watches) run.watched = {watched_address(address, run)};
   }
   AccuracyJob& planned = jobs_.producers[address];
   planned = {{}, {}, cells, part_of, run_s, !there};
@@ -244,6 +256,7 @@ void AccuracyPlanner::plan_measures() {
       const bool is_reference = same_timestep(cell->timestep_ms, pieces.reference_ms);
       if (is_reference) {
         planned.makes = cell->cold;
+        planned.is_made = !kept_.has(cell->cold);
       } else {
         planned.needs.insert(cell->cold);
         readers[cell->cold] = cell;
@@ -258,6 +271,13 @@ void AccuracyPlanner::plan_measures() {
     auto& run = std::get<RunJob>(job.request);
     run.measures.push_back(cell->measure);
     if (addresses.size() > run.use.size()) run.use = std::move(addresses);
+    if (measure_of(cell->measure)->reads_between && run.watched.size() < run.use.size()) {
+      run.watched.clear();
+      for (const std::string& address : run.use) {
+        run.watched.push_back(watched_address(address, run));
+        kept_.has(run.watched.back());  // fetched from another campaign, if it is there
+      }
+    }
     if (takes_all_states(cell->reads)) run.states = states;
     if (!cell->keep.empty()) {
       run.keep = cell->keep;

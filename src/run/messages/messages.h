@@ -94,7 +94,9 @@ struct RunJob {
   // it went.
   std::string keep = {};
   int keep_state = 0;
-  bool watch = false;  // what is seen between samples is kept with the run that is saved, for measures that want it
+  // Of each state the address of what is seen of its run between samples: found with one that is used, kept with one
+  // that is saved; "" or missing: nobody keeps it.
+  std::vector<std::string> watched = {};
 };
 
 // The reference solution of a smooth system, at the moments of a run's samples: no engine takes part. The answer has a

@@ -244,15 +244,20 @@ JobDone do_job(const RunJob& job) {
   double engine_s = 0;
   Looks looks = {.seed = job.seed};
   looks.contacts = std::ranges::any_of(measures, &Measure::reads_contacts) && !subject.model.contacts.empty();
-  if (job.watch || std::ranges::any_of(measures, &Measure::reads_between)) looks.between = job.grasp;
+  const bool wanted = std::ranges::any_of(measures, &Measure::reads_between);
   for (int i = 0; i < job.states; ++i) {
-    const std::string use = std::cmp_less(i, job.use.size()) ? job.use[static_cast<size_t>(i)] : "";
+    const auto of_state = [&](const std::vector<std::string>& addresses) {
+      return std::cmp_less(i, addresses.size()) ? addresses[static_cast<size_t>(i)] : "";
+    };
+    const std::string use = of_state(job.use), watched = of_state(job.watched);
+    looks.between.reset();
+    if (wanted || !watched.empty()) looks.between = job.grasp;
     Run run;
     try {
       check_supported(subject, 1e-3 * job.timestep_ms);
       // one that was made without what is wanted is made again
-      if (!use.empty() && looks.between) run.watched = load_watched(dir, use, looks);
-      if (!use.empty() && (run.watched || !looks.between)) {
+      if (!use.empty() && !watched.empty()) run.watched = load_watched(dir, watched);
+      if (!use.empty() && (run.watched || !wanted)) {
         run.trajectory = load(dir, use, subject.model);
         thin(run.trajectory.states, samples);
         run.ending = judge(subject, 1e-3 * job.timestep_ms, run.trajectory);
@@ -272,7 +277,7 @@ JobDone do_job(const RunJob& job) {
     if ((ended || partial) && !job.save.empty()) {
       const std::string number = job.states > 1 ? fmt::format("-{}", job.state + i) : "";
       save(dir, job.save + number, run.trajectory);
-      if (run.watched) save_watched(dir, job.save + number, looks, *run.watched);
+      if (run.watched && !watched.empty()) save_watched(dir, watched, *run.watched);
     }
     // of a replay even what diverges is of use
     if (!job.keep.empty() && job.state + i == job.keep_state && run.trajectory.states.size() > 1) {

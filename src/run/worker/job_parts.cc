@@ -6,11 +6,8 @@
 #include <filesystem>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "base/errors.h"
-#include "base/hash.h"
-#include "base/json.h"
 #include "controls/changes/change.h"
 #include "controls/engine_actuators.h"
 #include "controls/work.h"
@@ -204,29 +201,16 @@ namespace {
 
 }  // namespace
 
-namespace {
-
-std::string watched_address(const std::string& run, const Looks& looks) {
-  constexpr int kVersion = 1;
-  const GraspBodies& grasp = *looks.between;
-  const nlohmann::json content = {{"watched", kVersion},
-                                  {"run", run},
-                                  {"grasp", {grasp.object, grasp.hand, grasp.drop_m}},
-                                  {"seed", looks.seed}};
-  return content_hash(dump_json(content));
-}
-
-}  // namespace
-
-void save_watched(const std::string& dir, const std::string& run, const Looks& looks, const Watched& watched) {
+void save_watched(const std::string& dir, const std::string& address, const Watched& watched) {
   State numbers;
+  numbers.bodies.resize(1);  // a file of states without bodies is a damaged one
   numbers.position = watched.numbers();
   numbers.velocity.resize(numbers.position.size());
-  save(dir, watched_address(run, looks), {{numbers}});
+  save(dir, address, {{numbers}});
 }
 
-std::optional<Watched> load_watched(const std::string& dir, const std::string& run, const Looks& looks) {
-  const auto kept = read_trajectory(dir, watched_address(run, looks));
+std::optional<Watched> load_watched(const std::string& dir, const std::string& address) {
+  const auto kept = read_trajectory(dir, address);
   if (!kept || kept->states.size() != 1) return std::nullopt;
   return Watched::of(kept->states.front().position);
 }

@@ -74,11 +74,10 @@ struct Looks {
 Run run_sampled(const Subject& subject, const State& start, double timestep_ms, long long samples, long long per_sample,
                 const Looks& looks = {}, const std::vector<Push>& pushes = {});
 
-// What was seen of a run between its samples, kept beside it: of the run with this address, read with that grasp and
-// seed.
-void save_watched(const std::string& dir, const std::string& run, const Looks& looks, const Watched& watched);
+// What was seen of a run between its samples, kept as the only state of a trajectory.
+void save_watched(const std::string& dir, const std::string& address, const Watched& watched);
 // Absent where it was not kept, or cannot be read.
-std::optional<Watched> load_watched(const std::string& dir, const std::string& run, const Looks& looks);
+std::optional<Watched> load_watched(const std::string& dir, const std::string& address);
 
 // Does nothing when the file exists: the same address means the same content.
 void save(const std::string& dir, const std::string& address, const Trajectory& trajectory);

@@ -136,6 +136,11 @@ TEST(Damping, NeedsEnergiesAndTimes) {
 
 TEST(Grasp, AnObjectThatMovesWithTheHandDoesNotSlip) {
   const Model model = free_bodies(2);
+  const auto grasp = [](const std::vector<State>& seen, const GraspBodies& bodies) {
+    Grasp result;
+    for (const State& state : seen) add_to_grasp(result, seen.front(), state, bodies);
+    return result;
+  };
   std::vector<State> states;
   for (int i = 0; i < 20; ++i) {
     State state = model.initial;

@@ -182,5 +182,23 @@ TEST(StepTorques, OfTimeAloneAreThoseOfTheMiddle) {
   EXPECT_EQ(held, middle) << "one that reads the state knows only that of the start";
 }
 
+TEST(Groups, MedianAndShareOfSamples) {
+  const std::vector<std::vector<double>> groups = {{1, 2, 9}, {1, 2, 3}, {2, 2, 8}};
+  const Interval median = bootstrap_median_of_groups(groups, 1);
+  EXPECT_DOUBLE_EQ(median.value, 2);
+  EXPECT_GE(median.low, 1);
+  EXPECT_LE(median.high, 9);
+  const Interval share = share_within_of_groups(groups, 2, 1);
+  EXPECT_DOUBLE_EQ(share.value, 6.0 / 9);
+  EXPECT_LE(share.low, share.value);
+  EXPECT_GE(share.high, share.value);
+  // where all are within, the interval says how many there were
+  const Interval all = share_within_of_groups(groups, 10, 1), single = share_within_of_groups({{1, 1, 1, 1}}, 2, 1);
+  EXPECT_EQ(all.value, 1);
+  EXPECT_NEAR(all.low, std::pow(0.025, 1.0 / 3), 1e-9);
+  EXPECT_NEAR(single.low, std::pow(0.025, 1.0 / 4), 1e-9);
+  EXPECT_EQ(share_within_of_groups(groups, 0, 1).value, 0);
+}
+
 }  // namespace
 }  // namespace assay

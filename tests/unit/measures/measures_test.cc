@@ -403,8 +403,8 @@ TEST(Plausible, BelowTheGround) {
   EXPECT_EQ(plausibility.impossibility(state), "");
   state.bodies[0].p_WBcm.z() = -0.09;
   EXPECT_EQ(plausibility.impossibility(state), "") << "deep, but the ground still holds a part of it: a penetration";
-  state.bodies[0].p_WBcm.z() = -0.11;
-  EXPECT_THAT(plausibility.impossibility(state), HasSubstr("wholly below the ground, by 0.01 m"));
+  state.bodies[0].p_WBcm.z() = -0.2;
+  EXPECT_THAT(plausibility.impossibility(state), HasSubstr("wholly below the ground, by 0.1 m"));
   EXPECT_NEAR(plausibility.available_energy(), 2 * 10 * 1, 1e-12) << "no deeper than the ground";
 }
 

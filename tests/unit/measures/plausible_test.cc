@@ -237,7 +237,7 @@ TEST(PlausibleModels, AFootOfALongLegMayLieDeeperThanAPlateByItself) {
   model.bodies[1].X_PB.p = {0, 0, 0.8};
   Joint& ankle = model.joints.emplace_back();
   ankle.name = "ankle";
-  ankle.child = 1;
+  ankle.body = 1;
   Shape& sole = model.shapes.emplace_back();
   sole.type = ShapeType::kBox;
   sole.body = 1;

@@ -6,6 +6,7 @@
 
 #include "load/mjcf.h"
 #include "measures/violation.h"
+#include "measures/watch.h"
 #include "model/kinematics.h"
 
 namespace assay {
@@ -152,6 +153,11 @@ TEST(Violation, SeparationIsSigned) {
 
 TEST(Violation, LargestAndRootMeanSquareOverARun) {
   const Model model = arm_and_things();
+  const auto violation_summary = [](const Model& of, const std::vector<State>& seen) {
+    ViolationSeries series(of, of.initial);
+    for (const State& state : seen) series.add(state);
+    return series.summary(1);
+  };
   std::vector<State> states(4, model.initial);
   states[1].bodies[kLower].p_WBcm.x() += 0.3;
   states[2].bodies[kLower].p_WBcm.x() += 0.4;
@@ -169,6 +175,68 @@ TEST(Violation, LargestAndRootMeanSquareOverARun) {
   EXPECT_GT(longer.rms_high.penetration, 0.012);
   EXPECT_LT(longer.rms_high.penetration, 0.03);
   EXPECT_EQ(longer.rms_high.dislocation, 0);
+}
+
+// What a pair overlaps by at the start is the model's; what comes on top is the contact's.
+TEST(Violation, PenetrationBeyondTheStarts) {
+  Model model = arm_and_things();
+  const auto height = [&](double z) {
+    State state = model.initial;
+    state.bodies[kBall].p_WBcm.z() = z;
+    return state;
+  };
+  const State start = height(1.0);  // 0.1 m deep, as above
+  ViolationSeries series(model, start);
+  series.add(start);
+  EXPECT_NEAR(series.summary(1).largest.penetration, 0.1, kRounding);
+  EXPECT_NEAR(series.summary(1).largest.added, 0, kRounding);
+  series.add(height(0.97));
+  EXPECT_NEAR(series.summary(1).largest.penetration, 0.13, kRounding);
+  EXPECT_NEAR(series.summary(1).largest.added, 0.03, kRounding);
+}
+
+TEST(Violation, TheUsualLimitFollowsTheThinnestShapeThatTouches) {
+  Model model;
+  model.bodies.emplace_back().mass = 1;
+  model.bodies.front().I_BBcm_B = Mat3::Identity();
+  Shape& ball = model.shapes.emplace_back();
+  ball.body = 0;
+  model.shapes.emplace_back().type = ShapeType::kPlane;
+  EXPECT_FALSE(usual_penetration_limit(model)) << "nothing touches";
+  model.contacts = {{0, 1, 1.0}};
+  for (const auto& [radius, limit] : {std::pair(0.5, 5e-3), std::pair(0.03, 3e-3), std::pair(0.004, 1e-3)}) {
+    model.shapes.front().radius = radius;
+    EXPECT_NEAR(usual_penetration_limit(model).value_or(0), limit, 1e-12) << radius;
+  }
+}
+
+TEST(Watch, InstantsAreAMillisecondApartWhateverTheTimestep) {
+  EXPECT_EQ(watch_steps(1), 1);
+  EXPECT_EQ(watch_steps(4), 1);
+  EXPECT_EQ(watch_steps(1.0 / 64), 64);
+  EXPECT_EQ(watch_steps(1.0 / 3), 3);
+  EXPECT_EQ(watch_steps(0.4), 2);
+}
+
+TEST(Watch, NumbersComeBackAsTheyWere) {
+  const Model model = arm_and_things();
+  State state = model.initial;
+  state.bodies[kBall].p_WBcm.z() = 1.2;
+  Watch watch(model, state, {kBall, kUpper, 0.05});
+  for (int i = 1; i < 12; ++i) {
+    state.time = 0.1 * i;
+    state.bodies[kBall].p_WBcm.z() -= 0.01 * i;
+    watch.look(state);
+  }
+  const Watched seen = watch.watched(7);
+  const auto back = Watched::of(seen.numbers());
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->numbers(), seen.numbers());
+  EXPECT_GT(back->violation.largest.penetration, 0.1);
+  EXPECT_EQ(back->violation.rms_high.penetration, seen.violation.rms_high.penetration);
+  EXPECT_EQ(back->grasp.dropped_at, seen.grasp.dropped_at);
+  EXPECT_TRUE(back->grasp.dropped_at);
+  EXPECT_FALSE(Watched::of({1, 2, 3}));
 }
 
 }  // namespace

@@ -43,7 +43,7 @@ std::vector<Request> requests() {
   return {
       RunJob{kSubject, 0.25, {"drift", "truth"}, "dir", 1, 4, "s", {"u", "v"}, "t", 7, {1, 2, 0.3}, true, {"x", ""}},
       TruthJob{kModel, "slide-and-roll", 2, 16, "dir", "address"},
-      PiecesJob{"consistency", kSubject, 0.25, "dir", {"r", "q"}, 10, {128, 8}, 1.0 / 64, 8, 7},
+      PiecesJob{"consistency", kSubject, 0.25, "dir", {"r", "q"}, 10, {128, 8}, 1.0 / 64, 8, 7, "cold"},
       AgreementJob{"agreement", "dir", "own", {{"B", "b"}, {"C", "c"}}},
       ScalingJob{"scaling", kSubject, 0.25, 7, "dir", "s", 5, 2.5},
       ConformanceJob{kContender, {"free-fall", "sliding"}},
