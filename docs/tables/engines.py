@@ -26,7 +26,7 @@ QUESTIONS = [
     ("spatial-chain", ["--error", "1mm"], "the chain, within 1 mm of the reference solution"),
     ("spatial-chain", ["--error", "1um"], "the chain, within 1 µm"),
     ("humanoid", ["--error", "5mm"], "the humanoid that falls, within 5 mm of its own motion at a fine timestep"),
-    ("grasp", ["--error", "5mm"], "the grasp, within 5 mm"),
+    ("grasp", ["--slip", "5mm"], "the grasp, the object slips less than 5 mm"),
     ("capsules-27", ["--error", "5mm"], "27 capsules, within 5 mm"),
 ]
 
@@ -210,11 +210,12 @@ def fastest(answer):
 
 def usual(*answers):
     """The limits of contacts that the program adds to a question, as each of the answers has them."""
-    names = dict.fromkeys(limit["value"] for answer in answers for limit in answer["limits"] if limit["default"])
+    defaults = [{limit["value"]: quantity(limit["largest"], limit["unit"]) for limit in answer["limits"] if limit["default"]} for answer in answers]
     texts = []
-    for name in names:
-        sizes = dict.fromkeys(quantity(limit["largest"], limit["unit"]) for answer in answers for limit in answer["limits"] if limit["value"] == name)
-        texts.append(f", {SHORT[name]} within {' or '.join(sizes)} (default)")
+    for name in dict.fromkeys(name for own in defaults for name in own):
+        sizes = " or ".join(dict.fromkeys(own[name] for own in defaults if name in own))
+        where = "" if all(name in own for own in defaults) else ", where it was measured"
+        texts.append(f", {SHORT[name]} within {sizes} (default{where})")
     return "".join(texts)
 
 
