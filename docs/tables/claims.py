@@ -110,14 +110,15 @@ def practice(program, results):
             "SELECT DISTINCT system, contender, outcome = 'withdrawn' FROM cells WHERE measure = 'consistency'").fetchall()
     found = {}
     for system in systems:
-        done = subprocess.run([program, "recommend", results, system, "--error", "1mm", "--measure", "consistency", "--json"],
+        done = subprocess.run([program, "recommend", results, system, "--error", "1mm", "--measure", "consistency",
+                               "--penetration", "any", "--slip", "any", "--json"],
                               capture_output=True, text=True, check=True)
         found[system] = [point for point in json.loads(done.stdout)["contenders"] if not point["contender"].endswith("-matched")]
 
     def text(point):
         depth = point["worst"].get("penetration_max")
         deep = f", {1e3 * depth['value']:.2g} mm deep" if depth else ""
-        end = f", the {point['end_of_grid']} timestep tried" if point.get("end_of_grid") else ""
+        end = f", {point['edge']}" if point["edge"] else ""
         return f"{float(format(point['realtime_factor']['value'], '.2g')):g} at {milliseconds(point['timestep_ms'])} ms, `{point['contender']}`{deep}{end}"
     rows = []
     for name, own in PRACTICE.items():

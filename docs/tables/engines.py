@@ -18,14 +18,16 @@ FULL = PAGE.parents[1] / "results/intel-xeon-2-cores/assay.sqlite.xz"
 RELEASES = tomllib.loads(PAGE.with_name("releases.toml").read_text("utf-8"))
 NO = "–"
 SI = [(1, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n")]
+# Limited values in words.
+SHORT = {"truth_error_max": "the error", "consistency": "the error", "consistency_cold": "the error", "penetration_max": "penetration",
+         "penetration_added_max": "penetration beyond the start's", "grasp_slip": "slip"}
 # system, options of `assay recommend`, in words
 QUESTIONS = [
     ("spatial-chain", ["--error", "1mm"], "the chain, within 1 mm of the reference solution"),
     ("spatial-chain", ["--error", "1um"], "the chain, within 1 µm"),
-    ("humanoid", ["--error", "5mm", "--penetration", "5mm"],
-     "the humanoid that falls, within 5 mm of its own fine-step run, penetration below 5 mm"),
+    ("humanoid", ["--error", "5mm"], "the humanoid that falls, within 5 mm of its own motion at a fine timestep"),
     ("grasp", ["--slip", "5mm"], "the grasp, the object slips less than 5 mm"),
-    ("capsules-27", ["--error", "5mm", "--penetration", "5mm"], "27 capsules, within 5 mm, penetration below 5 mm"),
+    ("capsules-27", ["--error", "5mm"], "27 capsules, within 5 mm"),
 ]
 
 
@@ -187,20 +189,41 @@ def worlds_table(run, system):
     return table(["contender", "cores", *map(str, counts), "latency of 1", f"of {most}", f"memory of {most}"], rows)
 
 
-def fastest(program, folder, system, options):
+def asked(program, folder, system, options):
     done = subprocess.run([program, "recommend", folder, system, *options, "--json"], capture_output=True, text=True)
-    best = json.loads(done.stdout).get("recommended") if done.returncode == 0 else None
-    if not best:
-        return "none"
-    speed = best["realtime_factor"]["value"]
-    about = "" if best["timed"] else "about "
-    end = {"largest": ", the largest timestep tried", "smallest": ", the smallest timestep tried"}.get(best.get("end_of_grid"), "")
-    return f"`{best['contender']}` at {milliseconds(best['timestep_ms'])} ms, {about}{float(f'{speed:.2g}'):g} times real time{end}"
+    return json.loads(done.stdout)
+
+
+def point_text(point):
+    speed = point["realtime_factor"]["value"]
+    about = "" if point["timed"] else "about "
+    edge = f", {point['edge']}" if point["edge"] else ""
+    return f"`{point['contender']}` at {milliseconds(point['timestep_ms'])} ms, {about}{float(f'{speed:.2g}'):g} times real time{edge}"
+
+
+def fastest(answer):
+    if answer["recommended"]:
+        return point_text(answer["recommended"])
+    ways = [f"with {SHORT.get(each['value'], each['value'])} within {each['text']} {point_text(each['recommended'])}" for each in answer["relaxations"]]
+    return "none; " + "; ".join(ways) if ways else "none"
+
+
+def usual(*answers):
+    """The limits of contacts that the program adds to a question, as each of the answers has them."""
+    defaults = [{limit["value"]: quantity(limit["largest"], limit["unit"]) for limit in answer["limits"] if limit["default"]} for answer in answers]
+    texts = []
+    for name in dict.fromkeys(name for own in defaults for name in own):
+        sizes = " or ".join(dict.fromkeys(own[name] for own in defaults if name in own))
+        where = "" if all(name in own for own in defaults) else ", where it was measured"
+        texts.append(f", {SHORT[name]} within {sizes} (default{where})")
+    return "".join(texts)
 
 
 def answers_table(program, folder, full):
-    rows = [[words, fastest(program, folder, system, options), fastest(program, full, system, options),
-             f"`assay recommend field {system} {' '.join(options)}`"] for system, options, words in QUESTIONS]
+    rows = []
+    for system, options, words in QUESTIONS:
+        here, there = (asked(program, run, system, options) for run in (folder, full))
+        rows.append([words + usual(here, there), fastest(here), fastest(there), f"`assay recommend field {system} {' '.join(options)}`"])
     return table(["question", "fastest within it in this run", "in the full run", "asked by"], rows)
 
 

@@ -20,8 +20,9 @@ NONE = "at none"
 
 
 def within(program, results, system, *limits):
-    """By contender of the campaign the fastest of its points within the limits, with any of its settings."""
-    done = subprocess.run([program, "recommend", results, system, "--error", ERROR.replace(" ", ""), *limits, "--json"],
+    """By contender of the campaign the fastest of its points within the limits alone, with any of its settings."""
+    free = [] if "--penetration" in limits else ["--penetration", "any"]
+    done = subprocess.run([program, "recommend", results, system, "--error", ERROR.replace(" ", ""), *limits, *free, "--slip", "any", "--json"],
                           capture_output=True, text=True)
     if not done.stdout.startswith("{"):
         sys.exit(f"{system}: {done.stderr.strip()}")

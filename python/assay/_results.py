@@ -86,7 +86,8 @@ class Results:
                   limits: Optional[Mapping[str, str]] = None) -> dict:
         """The fastest contender and timestep within limits, as `assay recommend --json` tells it: recommend("humanoid",
         error="1mm", realtime=5, limits={"energy_drift_relative": "0.1%"}). "recommended" is None where nothing qualifies;
-        "nearest" is what comes closest, and "excluded" says who was left out and why. `system`: a name, or "all"
+        "relaxations" says what to relax, "nearest" is what comes closest, and "excluded" says who was left out and why.
+        Contacts are limited by default; penetration="any" and slip="any" do without. `system`: a name, or "all"
         together."""
         return _program.call_json("recommend", self.folder, system, "--json", *_program.words({
             "error": error, "measure": measure, "penetration": penetration, "slip": slip, "realtime": realtime,

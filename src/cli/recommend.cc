@@ -50,6 +50,7 @@ int recommend_to(const RecommendOptions& options) {
     print(best_answer(answers, question, found));
   } else {
     message(none_text(answers, question, found));
+    for (const std::string& sentence : grounds(answers, question)) message("note: " + sentence);
   }
   return found.best ? kDone : kFailed;
 }
@@ -60,10 +61,18 @@ void add_limits(CLI::App& command, LimitOptions& options) {
   command.add_option("--error", options.error, "The largest error, with its unit: 1mm, 0.5deg, 2%")->type_name("E");
   command
       .add_option("--measure", options.measure,
-                  "Measure or value that --error limits (default: truth where it was measured, else consistency)")
+                  "Measure or value that --error limits (default: the error against the reference solution where it was "
+                  "measured, else self-consistency)")
       ->type_name("NAME");
-  command.add_option("--penetration", options.penetration, "The largest penetration: 2mm")->type_name("E");
-  command.add_option("--slip", options.slip, "The largest slip of a grasped object: 5mm")->type_name("E");
+  command
+      .add_option("--penetration", options.penetration,
+                  "The largest penetration beyond the overlap at the start: 2mm, or 'any' (default with contacts: the "
+                  "system's, at most 5mm)")
+      ->type_name("E");
+  command
+      .add_option("--slip", options.slip,
+                  "The largest slip of a grasped object: 2mm, or 'any' (default where one is held: 5mm)")
+      ->type_name("E");
   command.add_option("--realtime", options.realtime, "The least realtime factor: 5")->type_name("FACTOR");
   command.add_option("--limit", options.limits, "The largest of any error, by its value's name")
       ->type_name("NAME=E")

@@ -75,7 +75,7 @@ int search_and_answer(const RunRequest& request, const Campaign& campaign, const
   SearchOptions options;
   options.run = run_options(request);
   options.budget_s = 60 * table.minutes;
-  for (const LimitOptions& goal : goals) options.goals.push_back(limits_of(campaign, goal));
+  for (const LimitOptions& goal : goals) options.goals.push_back(question_of(campaign, goal).limits);
   ProgressLine progress;
   const auto events = json_progress(request) ? make_json_progress(stderr) : nullptr;
   options.tell = [&](const std::string& sentence) {
@@ -221,7 +221,7 @@ int run_robot(const RobotRequest& request) {
   const Programme programme = programme_for(model, options);
   const std::string toml = write_programme(run.out, programme, message);
   const Campaign campaign = load_campaign(toml);
-  for (const LimitOptions& goal : goals_of(limits)) limits_of(campaign, goal);  // their errors come before all else
+  for (const LimitOptions& goal : goals_of(limits)) question_of(campaign, goal);  // their errors come before all else
   print_check(file, request.run.campaign, how);
   for (const std::string& note : model.notes) print(paragraph("note: " + note, 2));
   print(paragraph("programme: " + toml, 2));

@@ -9,6 +9,7 @@
 
 #include "base/quantity.h"
 #include "base/text.h"
+#include "measures/measure.h"
 #include "results/answer.h"
 
 namespace assay {
@@ -46,8 +47,23 @@ json answer(const char* id, const std::string& question, const CardText& text, c
           {"realtime", realtime}};
 }
 
+// "Fastest within 1 mm, penetration within 5 mm (default)"
+std::string with_usual(const std::string& question, const Question& asked) {
+  std::string text = question;
+  for (const Asked& each : asked.asked) {
+    if (each.is_usual) text += ", " + limit_of(each);
+  }
+  return text;
+}
+
+json limits_data(const Question& question) {
+  json limits = json::object();
+  for (const auto& [value, largest] : question.limits.largest) limits[value] = largest;
+  return limits;
+}
+
 // "120× real time, error 0.412 mm"
-std::string candidate_figures(const SystemAnswers& answers, const Candidate& candidate) {
+std::string candidate_figures(const SystemAnswers& answers, const Candidate& candidate, const Limits& limits) {
   const ValueInfo& info = info_of(answers, answers.main);
   // "about": the speed was interpolated, not timed.
   std::string text =
@@ -56,45 +72,63 @@ std::string candidate_figures(const SystemAnswers& answers, const Candidate& can
   if (own != candidate.worst.end()) {
     text += fmt::format(", {} {}", info.brief, error_text(own->second.value.value, info.unit));
   }
-  if (!candidate.end_of_grid.empty()) text += fmt::format(" ({} timestep tried)", candidate.end_of_grid);
-  return text;
+  const std::string edge = edge_text(edge_of(answers, candidate, limits));
+  return edge.empty() ? text : text + " (" + edge + ")";
 }
 
-// The one that is most accurate among those at least as fast as real time; of equally accurate ones the fastest.
-const Candidate* most_accurate(const SystemAnswers& answers) {
+// The one that is most accurate among those within the limits; of equally accurate ones the fastest.
+std::optional<size_t> most_accurate(const SystemAnswers& answers, const Limits& limits) {
   const double resolution = error_resolution(info_of(answers, answers.main).unit);
-  const Candidate* best = nullptr;
+  std::optional<size_t> best;
   double least = HUGE_VAL;
-  for (const Candidate& candidate : answers.candidates) {
+  for (size_t i = 0; i < answers.candidates.size(); ++i) {
+    const Candidate& candidate = answers.candidates[i];
     const auto own = candidate.worst.find(answers.main);
-    if (own == candidate.worst.end() || !(candidate.speed.factor.value >= 1)) continue;
+    if (own == candidate.worst.end() || excess(candidate, limits) != 0) continue;
     const double error = std::max(own->second.value.value, resolution);
-    if (error < least * (1 - kSameError)) best = &candidate, least = error;
+    if (error < least * (1 - kSameError)) best = i, least = error;
   }
   return best;
 }
 
 json fastest_within(const SystemAnswers& answers, double limit) {
-  const std::string question = fmt::format("Fastest within {}", quantity_text(limit, "m", 1));
-  const Recommendation found = recommend(answers, {{{answers.main, limit}}, {}});
-  const json limits = {{answers.main, limit}};
+  const std::string within = quantity_text(limit, "m", 1);
+  LimitOptions options;
+  options.error = fmt::format("{}m", limit);
+  const Question asked = question_of(options, answers);
+  const std::string question = with_usual("Fastest within " + within, asked);
+  const Recommendation found = recommend(answers, asked.limits);
+  const json limits = limits_data(asked);
   if (found.best) {
     const Candidate& best = answers.candidates[*found.best];
-    std::string text = candidate_figures(answers, best);
+    std::string text = candidate_figures(answers, best, asked.limits);
     if (!found.alike.empty()) {
       text += fmt::format("; not told apart: {}", answers.at(answers.candidates[found.alike.front()]).contender);
       if (found.alike.size() > 1) text += fmt::format(" and {} more", found.alike.size() - 1);
     }
     return answer("fastest-1mm", question, {&answers.at(best), text}, limits, nullptr);
   }
-  std::string text = fmt::format("No contender is within {}", quantity_text(limit, "m", 1));
-  if (found.nearest) {
-    const Candidate& nearest = answers.candidates[*found.nearest];
-    text += fmt::format("; the nearest: {}: {}", place_text(answers.at(nearest)), candidate_figures(answers, nearest));
-  } else if (answers.candidates.empty()) {
-    text = "No sound run was timed";
+  std::string text = "No sound run was timed";
+  if (!answers.candidates.empty()) {
+    const bool alone = asked.asked.size() < 2;
+    text = fmt::format("No contender is within {}: {}", alone ? within : "all of these",
+                       nearest_text(answers, asked, found));
   }
   return answer("fastest-1mm", question, {nullptr, text}, limits, nullptr);
+}
+
+json most_accurate_in_real_time(const SystemAnswers& answers) {
+  LimitOptions options;
+  options.realtime = "1";
+  const Question asked = question_of(options, answers);
+  const std::optional<size_t> best = most_accurate(answers, asked.limits);
+  CardText text{nullptr, "No sound contender was timed in real time"};
+  if (!answers.usual.empty()) text.figures += " within these limits";
+  if (best) {
+    const Candidate& candidate = answers.candidates[*best];
+    text = {&answers.at(candidate), candidate_figures(answers, candidate, asked.limits)};
+  }
+  return answer("most-accurate-realtime", with_usual("Most accurate in real time", asked), text, limits_data(asked), 1);
 }
 
 json largest_sound(const SystemAnswers& answers) {
@@ -117,6 +151,8 @@ json largest_sound(const SystemAnswers& answers) {
   const Point* best = *std::ranges::min_element(there, {}, error);
   std::vector<std::string> figures;
   const bool known = error(best) < HUGE_VAL;
+  const auto is_tried = [&](const Point& point) { return point.timestep_ms > largest && !same_timestep(point.timestep_ms, largest); };
+  const bool at_end = std::ranges::none_of(answers.points, is_tried);
   if (known) {
     const ValueInfo& info = info_of(answers, answers.main);
     figures.push_back(fmt::format("{} {}", info.brief, error_text(error(best), info.unit)));
@@ -125,6 +161,7 @@ json largest_sound(const SystemAnswers& answers) {
     figures.push_back(
         fmt::format("{} {} sound there", there.size() - 1, there.size() == 2 ? "other is" : "others are"));
   }
+  if (at_end) figures.push_back(phrase("largest_tried"));
   return answer(id, question, {best, join(figures, "; "), known ? ": " : "; "}, json::object(), {});
 }
 
@@ -173,8 +210,11 @@ std::string caveat(const Results& results, const SystemAnswers& answers, const j
                                       timestep_label(best->speed.below_ms), timestep_label(best->speed.above_ms)));
     }
   }
-  if (answers.main == "consistency") {
-    std::string text = "The error is against each contender's own fine-step run";
+  const std::string measure = value_info(answers.main).measure;
+  if (reads(measure, Reads::kPieces)) {
+    std::string text = answers.main == "consistency" ? "The error is against each contender's own fine-step run"
+                                                     : "The error is against each contender's own motion at its finest "
+                                                       "timestep";
     const auto apart = disagreement(results, answers.system);
     if (apart) text += fmt::format("; these runs end {} apart (median)", quantity_text(*apart, "m", 2));
     sentences.push_back(text + ".");
@@ -194,12 +234,7 @@ json card_data(const Results& results, const SystemAnswers& answers) {
     list.push_back(fastest_within(answers, kLimit));
     first = list.back();
   }
-  if (!answers.main.empty()) {
-    const Candidate* best = most_accurate(answers);
-    CardText text{nullptr, "No sound contender was timed in real time"};
-    if (best != nullptr) text = {&answers.at(*best), candidate_figures(answers, *best)};
-    list.push_back(answer("most-accurate-realtime", "Most accurate in real time", text, json::object(), 1));
-  }
+  if (!answers.main.empty()) list.push_back(most_accurate_in_real_time(answers));
   list.push_back(largest_sound(answers));
   return {{"answers", std::move(list)}, {"caveat", caveat(results, answers, first)}};
 }

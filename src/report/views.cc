@@ -86,6 +86,11 @@ json view_data(const Results& results, const std::string& system) {
   }
   json besides = json::array();
   for (const ValueInfo& value : errors_besides(answers)) besides.push_back(value.name);
+  json usual = json::array(), stand_ins = json::object();
+  for (const UsualLimit& limit : answers.usual) {
+    usual.push_back({{"option", limit.option}, {"value", limit.value}, {"largest", limit.largest}});
+  }
+  for (const auto& [value, what] : answers.stand_ins) stand_ins[value] = what;
   const NotAccuracy other = not_accuracy(answers);
   json fronts = json::object();
   for (const auto& [name, members] : answers.fronts) {
@@ -109,6 +114,8 @@ json view_data(const Results& results, const std::string& system) {
           {"candidates", std::move(candidates)},
           {"left_out", std::move(left_out)},
           {"columns", {{"most", kMostErrors}, {"besides", std::move(besides)}}},
+          {"usual", std::move(usual)},
+          {"stand_ins", std::move(stand_ins)},
           {"accuracy", {{"limited", other.limited}, {"open", other.open}}},
           {"card", card_data(results, answers)}};
 }

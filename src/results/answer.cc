@@ -76,9 +76,24 @@ struct Phrase {
   std::string_view name, text;
 };
 constexpr std::array kPhrases = {
-    Phrase{"best", "{system}: {place}, {realtime} real time"},
+    Phrase{"best", "{system}: {answer}"},
+    Phrase{"answer", "{place}, {realtime} real time"},
+    Phrase{"answer_at_edge", "{place}, {realtime} real time, {edge}"},
+    Phrase{"place_at_edge", "{place}, {edge},"},
+    Phrase{"largest_tried", "the largest timestep tried"},
+    Phrase{"largest_timed", "the largest timestep timed"},
+    Phrase{"largest_measured", "the largest timestep measured in full"},
+    Phrase{"between", "not measured in full at {steps} ms"},
+    Phrase{"smallest_tried", "the smallest timestep tried"},
+    Phrase{"smallest_timed", "the smallest timestep timed"},
+    Phrase{"smallest_measured", "the smallest timestep measured in full"},
+    Phrase{"only_tried", "the only timestep tried"},
+    Phrase{"edges", "{larger} and {smaller}"},
+    Phrase{"larger_mark", "+ larger timesteps were not tried, timed or measured in full: one may do, and be faster"},
+    Phrase{"smaller_mark", "- smaller timesteps were not tried, timed or measured in full"},
     Phrase{"asked", "asked"},
     Phrase{"within", "{value} within {limit}"},
+    Phrase{"within_usual", "{value} within {limit} (default)"},
     Phrase{"at_least", "at least {realtime} real time"},
     Phrase{"settings", "settings"},
     Phrase{"setting", "setting"},
@@ -89,7 +104,7 @@ constexpr std::array kPhrases = {
     Phrase{"exceeds", "{value} {figure} at {factor} times this step ({step} ms), above the limit; {margin}"},
     Phrase{"alike", "not told apart by speed"},
     Phrase{"reaches", "its 95 % interval reaches beyond the limit; {whole}"},
-    Phrase{"whole", "the fastest that stays within as a whole: {place}, {realtime}"},
+    Phrase{"whole", "the fastest that stays within as a whole: {answer}"},
     Phrase{"no_whole", "no contender stays within as a whole"},
     Phrase{"not_accuracy", "self-consistency is not accuracy"},
     Phrase{"accuracy", "its error against the reference solution is {error}; --measure truth limits that one"},
@@ -107,6 +122,15 @@ constexpr std::array kPhrases = {
     Phrase{"figure", "{value} {figure}"},
     Phrase{"times_realtime", "{realtime} real time"},
     Phrase{"none", "no contender on {system} has {limits}: {nearest}"},
+    Phrase{"relax", "relax the {value} to {limit}"},
+    Phrase{"relax_speed", "relax the speed to {realtime} real time"},
+    Phrase{"relaxed", "{relax}: {answer}"},
+    Phrase{"or", "; or "},
+    Phrase{"not_alone", "; to relax the {values} alone is not enough"},
+    Phrase{"or_value", " or the "},
+    Phrase{"none_alone", "to relax one of these alone is not enough, and {nearest}"},
+    Phrase{"the_speed", "speed"},
+    Phrase{"grounds", "What the limits rest on"},
     Phrase{"nearest", "the nearest is {place} with {values}"},
     Phrase{"begun", "; not measured there: {values}"},
     Phrase{"unmeasured_speed", "speed"},
@@ -141,6 +165,13 @@ nlohmann::json phrases_json() {
 
 namespace {
 
+std::string labels_of(const std::vector<double>& timesteps_ms) {
+  std::vector<std::string> labels;
+  labels.reserve(timesteps_ms.size());
+  for (const double step : timesteps_ms) labels.push_back(timestep_label(step));
+  return join(labels, ", ");
+}
+
 std::string with_interval(const Interval& interval, const std::string& unit) {
   std::string text = quantity_text(interval.value, unit);
   if (interval.low == interval.high) return text;
@@ -148,6 +179,52 @@ std::string with_interval(const Interval& interval, const std::string& unit) {
 }
 
 }  // namespace
+
+std::string edge_text(const Edge& edge) {
+  if (edge.larger == End::kTried && edge.smaller == End::kTried) return phrase("only_tried");
+  std::string larger, smaller;
+  switch (edge.larger) {
+    case End::kNone: break;
+    case End::kTried: larger = phrase("largest_tried"); break;
+    case End::kTimed: larger = phrase("largest_timed"); break;
+    case End::kMeasured: larger = phrase("largest_measured"); break;
+    case End::kBetween: larger = phrase("between", {{"steps", labels_of(edge.between_ms)}}); break;
+  }
+  switch (edge.smaller) {
+    case End::kNone:
+    case End::kBetween: break;
+    case End::kTried: smaller = phrase("smallest_tried"); break;
+    case End::kTimed: smaller = phrase("smallest_timed"); break;
+    case End::kMeasured: smaller = phrase("smallest_measured"); break;
+  }
+  if (larger.empty() || smaller.empty()) return larger + smaller;
+  return phrase("edges", {{"larger", larger}, {"smaller", smaller}});
+}
+
+std::string edge_mark(const Edge& edge) {
+  if (edge.larger != End::kNone && edge.smaller != End::kNone) return " ±";
+  if (edge.larger != End::kNone) return " +";
+  return edge.smaller != End::kNone ? " -" : "";
+}
+
+std::vector<std::string> mark_lines(const std::vector<Edge>& edges) {
+  std::vector<std::string> lines;
+  if (std::ranges::any_of(edges, [](const Edge& edge) { return edge.larger != End::kNone; })) {
+    lines.push_back(phrase("larger_mark"));
+  }
+  if (std::ranges::any_of(edges, [](const Edge& edge) { return edge.smaller != End::kNone; })) {
+    lines.push_back(phrase("smaller_mark"));
+  }
+  return lines;
+}
+
+std::string answering_text(const SystemAnswers& answers, size_t index, const Limits& limits) {
+  const Candidate& candidate = answers.candidates[index];
+  const std::string edge = edge_text(edge_of(answers, candidate, limits));
+  return phrase(edge.empty() ? "answer" : "answer_at_edge", {{"place", place_text(answers.at(candidate))},
+                                                             {"realtime", realtime_text(candidate.speed.factor.value)},
+                                                             {"edge", edge}});
+}
 
 std::string place_text(const Point& point) {
   return fmt::format("{} at {} ms", point.contender, timestep_label(point.timestep_ms));
@@ -187,7 +264,9 @@ std::string worst_line(const Worst& worst, const std::string& unit, double times
 
 std::vector<ValueInfo> errors_besides(const SystemAnswers& answers) {
   std::vector<ValueInfo> values;
-  for (const char* name : {"penetration_max", "grasp_slip", "rebound"}) {
+  for (const char* name : {"penetration_added_max", "penetration_max", "grasp_slip", "rebound"}) {
+    const bool is_there = !values.empty() && values.front().name == "penetration_added_max";
+    if (is_there && std::string_view(name) == "penetration_max") continue;
     const auto measured = std::ranges::find(answers.values, name, &ValueInfo::name);
     if (measured != answers.values.end()) values.push_back(*measured);
   }
@@ -197,7 +276,7 @@ std::vector<ValueInfo> errors_besides(const SystemAnswers& answers) {
 NotAccuracy not_accuracy(const SystemAnswers& answers) {
   const std::string open = value_named("truth", answers.values);
   const bool measured = std::ranges::find(answers.values, open, &ValueInfo::name) != answers.values.end();
-  return {"consistency", measured ? open : ""};
+  return {{"consistency_cold", "consistency"}, measured ? open : ""};
 }
 
 // ---- answers ----------------------------------------------------------------------------------------------------------
@@ -218,6 +297,7 @@ void add_candidates(const SystemAnswers& answers, const Question& question, cons
   std::vector<std::string> headings = {phrase("contender"), phrase("timestep"), phrase("realtime")};
   for (const ValueInfo& value : errors) headings.push_back(value.brief);
   std::vector<std::vector<std::string>> rows;
+  std::vector<Edge> edges;
   bool estimated = false;
   for (const size_t i : candidates) {
     const Candidate& candidate = answers.candidates[i];
@@ -225,7 +305,8 @@ void add_candidates(const SystemAnswers& answers, const Question& question, cons
     const std::string realtime = realtime_text(candidate.speed.factor.value);
     estimated = estimated || !candidate.speed.timed;
     std::vector<std::string>& row = rows.emplace_back();
-    row = {point.contender, timestep_label(point.timestep_ms) + " ms",
+    edges.push_back(edge_of(answers, candidate, question.limits));
+    row = {point.contender, timestep_label(point.timestep_ms) + " ms" + edge_mark(edges.back()),
            candidate.speed.timed ? realtime : phrase("estimated", {{"realtime", realtime}})};
     for (const ValueInfo& value : errors) {
       const auto own = candidate.worst.find(value.name);
@@ -233,6 +314,7 @@ void add_candidates(const SystemAnswers& answers, const Question& question, cons
     }
   }
   if (estimated) answer.line(phrase("estimates"));
+  for (const std::string& line : mark_lines(edges)) answer.line(line);
   std::vector<size_t> right(headings.size() - 1);
   std::iota(right.begin(), right.end(), 1);
   answer.table(headings, rows, right);
@@ -265,7 +347,7 @@ std::string missed_text(const std::map<std::string, Worst>& worst, std::optional
     const double factor = own->second.value.value / asked.largest;
     parts.push_back(
         phrase("figure", {{"value", asked.value.brief}, {"figure", worst_text(own->second, asked.value.unit)}}) +
-        (factor > 1 && std::isfinite(factor) ? missing("over", factor) : ""));
+        (exceeds(own->second.value.value, asked.largest) && std::isfinite(factor) ? missing("over", factor) : ""));
   }
   if (question.limits.realtime && speed) {
     const double least = *question.limits.realtime;
@@ -294,8 +376,7 @@ void add_best(const SystemAnswers& answers, const Question& question, const Reco
   const Candidate& best = answers.candidates[found.contenders.front()];
   const Point& point = answers.at(best);
   answer.part(phrase("best", {{"system", answers.system},
-                              {"place", place_text(point)},
-                              {"realtime", realtime_text(best.speed.factor.value)}}));
+                              {"answer", answering_text(answers, found.contenders.front(), question.limits)}}));
   answer.fact(phrase("asked"), limits_text(question));
   const std::vector<SettingChange>& changes = answers.changes.at(point.contender);
   if (changes.empty()) answer.fact(phrase("settings"), phrase("defaults"));
@@ -312,8 +393,7 @@ void add_best(const SystemAnswers& answers, const Question& question, const Reco
   if (found.certain != found.best) {
     const std::string whole =
         found.certain
-            ? phrase("whole", {{"place", places_text(answers, {*found.certain})},
-                               {"realtime", realtime_text(answers.candidates[*found.certain].speed.factor.value)}})
+            ? phrase("whole", {{"answer", answering_text(answers, *found.certain, question.limits)}})
             : phrase("no_whole");
     answer.line(phrase("reaches", {{"whole", whole}}));
   }
@@ -321,20 +401,59 @@ void add_best(const SystemAnswers& answers, const Question& question, const Reco
   const auto open = best.worst.find(other.open);
   const bool limited = std::ranges::any_of(
       question.asked, [](const Asked& asked) { return reads(asked.value.measure, Reads::kSolution); });
-  if (!question.asked.empty() && question.asked.front().value.name == other.limited && !limited &&
-      open != best.worst.end()) {
+  const bool is_limited = !question.asked.empty() && std::ranges::find(other.limited, question.asked.front().value.name) !=
+                                                         other.limited.end();
+  if (is_limited && !limited && open != best.worst.end()) {
     answer.remark(phrase("not_accuracy"), phrase("accuracy", {{"error", worst_text(open->second, "m")}}));
   }
   answer.part(phrase("each"));
   add_candidates(answers, question, found.contenders, answer);
 }
 
+namespace {
+
+// With the limit that has given way.
+Limits relaxed_limits(const Limits& limits, const Relaxation& by) {
+  Limits relaxed = limits;
+  for (auto& [value, largest] : relaxed.largest) {
+    if (value == by.value) largest = by.to;
+  }
+  if (by.value.empty()) relaxed.realtime = by.to;
+  return relaxed;
+}
+
+// "relax the error to 2.41 mm: fast at 4 ms, 400× real time; or relax the slip to ...".
+std::string relaxed_text(const SystemAnswers& answers, const Question& question, const Recommendation& found) {
+  std::vector<std::string> ways, unmoved;
+  const auto add = [&](const std::string& value, const std::string& named) {
+    const auto own = std::ranges::find(found.relaxed, value, &Relaxation::value);
+    if (own == found.relaxed.end()) return unmoved.push_back(named);
+    const std::string relax = value.empty() ? phrase("relax_speed", {{"realtime", realtime_text(own->to)}})
+                                            : phrase("relax", {{"value", named}, {"limit", own->text}});
+    ways.push_back(phrase("relaxed", {{"relax", relax},
+                                      {"answer", answering_text(answers, own->candidate,
+                                                                relaxed_limits(question.limits, *own))}}));
+  };
+  for (const Asked& asked : question.asked) add(asked.value.name, asked.value.brief);
+  if (question.limits.realtime) add("", phrase("the_speed"));
+  return join(ways, phrase("or")) +
+         (unmoved.empty() ? "" : phrase("not_alone", {{"values", join(unmoved, phrase("or_value"))}}));
+}
+
+}  // namespace
+
 std::string nearest_text(const SystemAnswers& answers, const Question& question, const Recommendation& found) {
+  if (!found.relaxed.empty()) return relaxed_text(answers, question, found);
   if (found.nearest) {
     const Candidate& candidate = answers.candidates[*found.nearest];
     const Point& point = answers.at(candidate);
-    return phrase("nearest", {{"place", place_text(point)},
-                              {"values", missed_text(point.worst, candidate.speed.factor.value, question)}});
+    const std::string edge = edge_text(edge_of(answers, candidate, question.limits));
+    const std::string place =
+        edge.empty() ? place_text(point) : phrase("place_at_edge", {{"place", place_text(point)}, {"edge", edge}});
+    return phrase("none_alone",
+                  {{"nearest",
+                    phrase("nearest", {{"place", place},
+                                       {"values", missed_text(point.worst, candidate.speed.factor.value, question)}})}});
   }
   // what was begun
   const Point* nearest = nullptr;
@@ -370,10 +489,7 @@ std::string nearest_text(const SystemAnswers& answers, const Question& question,
 
 std::string LeftOutPoints::when() const {
   if (fails) return phrase("from", {{"steps", timestep_label(timesteps_ms.front())}});
-  std::vector<std::string> labels;
-  labels.reserve(timesteps_ms.size());
-  for (const double step : timesteps_ms) labels.push_back(timestep_label(step));
-  return phrase("at", {{"steps", join(labels, ", ")}});
+  return phrase("at", {{"steps", labels_of(timesteps_ms)}});
 }
 
 namespace {
@@ -439,9 +555,26 @@ void add_left_out(const SystemAnswers& answers, const Question& question, const 
   for (const LeftOutPoints& group : single) answer.remark(group.contender + " " + group.when(), group.why);
 }
 
+std::vector<std::string> grounds(const SystemAnswers& answers, const Question& question) {
+  std::vector<std::string> sentences;
+  for (const Asked& asked : question.asked) {
+    const auto own = answers.stand_ins.find(asked.value.name);
+    if (own != answers.stand_ins.end()) sentences.push_back(own->second);
+  }
+  return sentences;
+}
+
+void add_grounds(const SystemAnswers& answers, const Question& question, Answer& answer) {
+  const std::vector<std::string> sentences = grounds(answers, question);
+  if (sentences.empty()) return;
+  answer.part(phrase("grounds"), /*evidence=*/true);
+  for (const std::string& sentence : sentences) answer.line(sentence);
+}
+
 Answer best_answer(const SystemAnswers& answers, const Question& question, const Recommendation& found) {
   Answer answer;
   add_best(answers, question, found, answer);
+  add_grounds(answers, question, answer);
   add_left_out(answers, question, found, answer);
   return answer;
 }
@@ -460,6 +593,7 @@ Json interval_json(const Interval& of) { return {{"value", of.value}, {"low", of
 
 Json candidate_json(const SystemAnswers& answers, const Question& question, size_t index) {
   const Candidate& candidate = answers.candidates[index];
+  const std::string edge = edge_text(edge_of(answers, candidate, question.limits));
   const Point& point = answers.at(candidate);
   Json worst = Json::object();
   for (const auto& [name, of] : candidate.worst) {
@@ -492,7 +626,8 @@ Json candidate_json(const SystemAnswers& answers, const Question& question, size
           {"worst", std::move(worst)},
           {"exceeds", std::move(exceeds)},
           {"margin", candidate.margin},
-          {"end_of_grid", candidate.end_of_grid.empty() ? Json(nullptr) : Json(candidate.end_of_grid)}};
+          {"end_of_grid", candidate.end_of_grid.empty() ? Json(nullptr) : Json(candidate.end_of_grid)},
+          {"edge", edge.empty() ? Json(nullptr) : Json(edge)}};
 }
 
 }  // namespace
@@ -508,10 +643,22 @@ Json recommendation_json(const SystemAnswers& answers, const Question& question,
   };
   Json limits = Json::array(), excluded = Json::array();
   for (const Asked& asked : question.asked) {
-    limits.push_back({{"value", asked.value.name}, {"unit", asked.value.unit}, {"largest", asked.largest}});
+    limits.push_back({{"value", asked.value.name},
+                      {"unit", asked.value.unit},
+                      {"largest", asked.largest},
+                      {"default", asked.is_usual}});
   }
   for (const LeftOutPoints& group : left_out(answers, question, found)) {
     excluded.push_back({{"contender", group.contender}, {"timesteps_ms", group.timesteps_ms}, {"why", group.why}});
+  }
+  Json relaxed = Json::array();
+  for (const Relaxation& each : found.relaxed) {
+    Question with = question;
+    with.limits = relaxed_limits(question.limits, each);
+    relaxed.push_back({{"value", each.value.empty() ? Json("realtime_factor") : Json(each.value)},
+                       {"to", each.to},
+                       {"text", each.text},
+                       {"recommended", candidate_json(answers, with, each.candidate)}});
   }
   const Asked* first = question.asked.empty() ? nullptr : &question.asked.front();
   const std::string name = first == nullptr ? answers.main : first->value.name;
@@ -531,6 +678,8 @@ Json recommendation_json(const SystemAnswers& answers, const Question& question,
           {"recommended", one(found.best)},
           {"certain", one(found.certain)},
           {"nearest", one(found.nearest)},
+          {"relaxations", std::move(relaxed)},
+          {"grounds", grounds(answers, question)},
           {"not_told_apart", list(found.alike)},
           {"contenders", list(found.contenders)},
           {"front", list(front)},

@@ -67,6 +67,15 @@ nlohmann::json stored_answer(const std::string& entry);
 std::string phrase(std::string_view name, const std::vector<std::pair<std::string_view, std::string>>& words = {});
 nlohmann::json phrases_json();
 
+// "the largest timestep tried": where a candidate lies at an edge of what was tried, timed or measured, within which a
+// better one may lie; "" elsewhere.
+std::string edge_text(const Edge& edge);
+// The sign of it behind a timestep in tables, " +", " -" or " ±", and what the signs of a table mean.
+std::string edge_mark(const Edge& edge);
+std::vector<std::string> mark_lines(const std::vector<Edge>& edges);
+// A candidate that is named as an answer: "fast at 4 ms, 120× real time, the largest timestep tried".
+std::string answering_text(const SystemAnswers& answers, size_t candidate, const Limits& limits);
+
 // What depends on the candidate alone.
 std::string place_text(const Point& point);  // "mujoco-euler at 4 ms"
 std::string places_text(const SystemAnswers& answers, const std::vector<size_t>& candidates);
@@ -81,9 +90,10 @@ std::string worst_line(const Worst& worst, const std::string& unit, double times
 std::vector<ValueInfo> errors_besides(const SystemAnswers& answers);
 inline constexpr size_t kMostErrors = 3;  // of the limited ones: columns that fit
 
-// A limit of the first error leaves the second one open.
+// A limit of one of the first errors leaves the last one open.
 struct NotAccuracy {
-  std::string limited, open;  // "consistency", "truth_error_max"; `open` is "" where it was not measured
+  std::vector<std::string> limited;  // "consistency"
+  std::string open;                  // "truth_error_max"; "" where it was not measured
 };
 NotAccuracy not_accuracy(const SystemAnswers& answers);
 
@@ -93,7 +103,8 @@ NotAccuracy not_accuracy(const SystemAnswers& answers);
 // own best. There has to be a best.
 void add_best(const SystemAnswers& answers, const Question& question, const Recommendation& found, Answer& answer);
 
-// The point that misses the limits by the least, by how much, and what was not measured there, in one sentence.
+// What is to be relaxed, each limit alone, and what then answers; where that is not enough the point that misses the
+// limits by the least, by how much, and what was not measured there. In one sentence.
 std::string nearest_text(const SystemAnswers& answers, const Question& question, const Recommendation& found);
 
 // What is left out, by contender and reason.
@@ -111,6 +122,10 @@ std::vector<LeftOutPoints> left_out(const SystemAnswers& answers, const Question
                                     const Recommendation& found);
 // A part that says so, if there is anything.
 void add_left_out(const SystemAnswers& answers, const Question& question, const Recommendation& found, Answer& answer);
+
+// A part with what stands for values that are limited and that the results lack, if anything does.
+std::vector<std::string> grounds(const SystemAnswers& answers, const Question& question);
+void add_grounds(const SystemAnswers& answers, const Question& question, Answer& answer);
 
 // The whole answer where there is a best, and the sentence where there is none.
 Answer best_answer(const SystemAnswers& answers, const Question& question, const Recommendation& found);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
+#include <functional>
 #include <map>
 #include <set>
 #include <tuple>
@@ -207,12 +209,51 @@ void find_values(const Results& results, SystemAnswers& answers) {
   if (!answers.main.empty()) answers.mains = {answers.main};
 }
 
-// Where the restart floor decides the self-consistency error it ranks nobody.
+// Where a floor decides the self-consistency error it ranks nobody.
 bool near_floor(const Results& results, const std::string& system, const Point& point, const std::string& value) {
-  if (value != "consistency") return false;
-  const auto cells = results.cells(system, point.contender, "consistency");
+  const std::string measure = value_info(value).measure;
+  if (!reads(measure, Reads::kPieces)) return false;
+  const auto cells = results.cells(system, point.contender, measure);
   const auto at = cells.find(point.timestep_ms);
-  return at != cells.end() && find_value(*at->second, "consistency_floor") != nullptr;
+  return at != cells.end() && find_value(*at->second, value + "_floor") != nullptr;
+}
+
+constexpr const char* kAdded = "penetration_added_max";
+constexpr const char* kDepth = "penetration_max";
+constexpr const char* kCold = "consistency_cold";
+
+// What questions limit of contacts, and what stands for values of today's measures that these results lack.
+void find_usual(const Results& results, SystemAnswers& answers) {
+  const auto has = [&](const std::string& value) {
+    return std::ranges::find(answers.errors, value) != answers.errors.end();
+  };
+  std::optional<double> stored;
+  for (const Cell& cell : results.cells()) {
+    if (cell.system != answers.system || !reads(cell.measure, Reads::kRun)) continue;
+    const auto of = [&](const char* name) {
+      const Value* value = find_value(cell, name);
+      return value == nullptr ? std::nullopt : value->value;
+    };
+    if (const auto limit = of("penetration_limit")) stored = std::min(stored.value_or(HUGE_VAL), *limit);
+    // the deepest pair overlaps at the start by what is not added to any
+    if (const auto depth = of(kDepth), added = of(kAdded); depth && added) {
+      answers.start_overlap = std::max(answers.start_overlap, *depth - *added);
+    }
+  }
+  if (has(kAdded)) {
+    answers.usual.push_back({"penetration", kAdded, stored.value_or(kUsualPenetration)});
+  } else if (has(kDepth)) {
+    answers.usual.push_back({"penetration", kDepth, kUsualPenetration});
+    answers.stand_ins[kDepth] =
+        "these results are of a version that did not store the penetration beyond the start's overlap: the whole depth "
+        "counts, and the default limit is 5 mm for every system";
+  }
+  if (has("grasp_slip")) answers.usual.push_back({"slip", "grasp_slip", kUsualSlip});
+  if (has("consistency") && !has(kCold)) {
+    answers.stand_ins["consistency"] =
+        "these results have only the paper's self-consistency error: its pieces start without what the engine keeps "
+        "between steps, and the fine-step run that they are compared with has it";
+  }
 }
 
 void find_fronts(const Results& results, SystemAnswers& answers) {
@@ -360,6 +401,16 @@ SystemAnswers answers_together(const Results& results, const std::vector<std::st
     for (const std::string& main : answers.mains) {
       if (std::ranges::find(together.mains, main) == together.mains.end()) together.mains.push_back(main);
     }
+    for (const UsualLimit& own : answers.usual) {
+      const auto same = std::ranges::find(together.usual, own.value, &UsualLimit::value);
+      if (same == together.usual.end()) {
+        together.usual.push_back(own);
+      } else {
+        same->largest = std::min(same->largest, own.largest);
+      }
+    }
+    together.start_overlap = std::max(together.start_overlap, answers.start_overlap);
+    together.stand_ins.insert(answers.stand_ins.begin(), answers.stand_ins.end());
   }
   add_changes(results, together);
   if (!together.mains.empty()) together.main = together.mains.front();
@@ -391,10 +442,16 @@ SystemAnswers answers_of(const Results& results, const std::string& system) {
   answers.system = system;
   add_changes(results, answers);
   find_values(results, answers);
+  find_usual(results, answers);
   for (const std::string& contender : results.contenders()) add_contender(results, contender, answers);
   sort_candidates(answers);
   find_fronts(results, answers);
   return answers;
+}
+
+std::string_view usual_option(std::string_view value) {
+  if (value.starts_with("penetration")) return "penetration";
+  return value == "grasp_slip" ? "slip" : "";
 }
 
 std::optional<Exceeded> first_exceeded(const SystemAnswers& answers, const Candidate& candidate, const Limits& limits) {
@@ -406,7 +463,7 @@ std::optional<Exceeded> first_exceeded(const SystemAnswers& answers, const Candi
     if (first && point.timestep_ms >= first->timestep_ms) continue;
     for (const auto& [name, limit] : limits.largest) {
       const auto found = other.worst.find(name);
-      if (found == other.worst.end() || found->second.value.value <= limit) continue;
+      if (found == other.worst.end() || !exceeds(found->second.value.value, limit)) continue;
       first = Exceeded{point.timestep_ms, name, found->second};
       break;
     }
@@ -414,13 +471,141 @@ std::optional<Exceeded> first_exceeded(const SystemAnswers& answers, const Candi
   return first;
 }
 
+namespace {
+
+// Of a contender, with ascending timesteps.
+std::vector<const Point*> points_of(const SystemAnswers& answers, const std::string& contender) {
+  std::vector<const Point*> points;
+  for (const Point& point : answers.points) {
+    if (point.contender == contender) points.push_back(&point);
+  }
+  return points;
+}
+
+// kNone where the point tells that nothing better lies there; else what it lacks for that.
+End unknown_at(const Point& point, const Limits& limits) {
+  if (!point.sound) return End::kNone;
+  bool whole = !point.worst.empty();
+  for (const auto& [name, limit] : limits.largest) {
+    const auto own = point.worst.find(name);
+    if (own != point.worst.end() && exceeds(own->second.value.value, limit)) return End::kNone;
+    whole = whole && own != point.worst.end();
+  }
+  if (!point.speed) return End::kTimed;
+  return whole ? End::kNone : End::kMeasured;
+}
+
+}  // namespace
+
+Edge edge_of(const SystemAnswers& answers, const Candidate& candidate, const Limits& limits) {
+  const std::vector<const Point*> points = points_of(answers, answers.at(candidate).contender);
+  const auto own = std::ranges::find(points, &answers.at(candidate));
+  Edge edge;
+  edge.larger = own + 1 == points.end() ? End::kTried : End::kNone;
+  for (auto at = own + 1; at != points.end(); ++at) {
+    const End unknown = unknown_at(**at, limits);
+    if (unknown == End::kNone) {
+      if (edge.larger != End::kNone) edge.larger = End::kBetween;
+      break;
+    }
+    if (edge.larger == End::kNone) edge.larger = unknown;
+    edge.between_ms.push_back((*at)->timestep_ms);
+  }
+  if (edge.larger != End::kBetween) edge.between_ms.clear();
+  edge.smaller = own == points.begin() ? End::kTried : End::kNone;
+  for (auto at = own; at != points.begin();) {
+    const End unknown = unknown_at(**--at, limits);
+    if (unknown == End::kNone) {
+      edge.smaller = End::kNone;
+      break;
+    }
+    if (edge.smaller == End::kNone) edge.smaller = unknown;
+  }
+  return edge;
+}
+
+namespace {
+
+// A number of three digits in the largest unit in which it is at least 1; not in cm, as the page.
+struct Written {
+  double number = 0;
+  InputUnit unit;
+
+  double value() const { return number * unit.scale; }
+  std::string text() const { return shortest(number) + (unit.text.empty() ? "" : " " + unit.text); }
+};
+
+// `up`: -1 rounds down, 1 up, 0 to the nearest.
+Written written(double value, const std::string& unit, int up) {
+  std::vector<InputUnit> units = input_units(unit);
+  std::ranges::stable_sort(units, std::greater(), &InputUnit::scale);
+  auto own = std::ranges::find_if(
+      units, [&](const InputUnit& each) { return each.text != "cm" && each.scale <= value * (1 + 1e-9); });
+  if (own == units.end()) own = std::ranges::find(units, units.back().scale, &InputUnit::scale);
+  const std::string digits = fmt::format("{:.2e}", value / own->scale);  // "2.41e+00"
+  const auto number = [](const std::string& text) { return std::strtod(text.c_str(), nullptr); };
+  Written best{number(digits), *own};
+  if ((up > 0 && exceeds(value, best.value())) || (up < 0 && best.value() > value)) {
+    int hundredths = 100 * (digits[0] - '0') + 10 * (digits[2] - '0') + (digits[3] - '0') + up;
+    int power = std::atoi(digits.c_str() + 5);
+    if (hundredths < 100) hundredths = 999, --power;
+    best.number = number(fmt::format("{}.{:02}e{}", hundredths / 100, hundredths % 100, power));
+  }
+  return best;
+}
+
+const std::string& unit_of(const SystemAnswers& answers, const std::string& value) {
+  return std::ranges::find(answers.values, value, &ValueInfo::name)->unit;
+}
+
+// Each limit in turn: the least that some candidate within all others has of it.
+std::vector<Relaxation> relaxations(const SystemAnswers& answers, const Limits& limits) {
+  std::vector<Relaxation> relaxed;
+  const auto within = [&](const Limits& others, const std::string& value) {
+    std::vector<size_t> found;
+    for (size_t i = 0; i < answers.candidates.size(); ++i) {
+      const Candidate& candidate = answers.candidates[i];
+      if (excess(candidate, others) == 0 && (value.empty() || candidate.worst.contains(value))) found.push_back(i);
+    }
+    return found;
+  };
+  for (size_t at = 0; at < limits.largest.size(); ++at) {
+    const std::string& value = limits.largest[at].first;
+    Limits others = limits;
+    others.largest.erase(others.largest.begin() + static_cast<std::ptrdiff_t>(at));
+    const std::vector<size_t> found = within(others, value);
+    if (found.empty()) continue;
+    const auto own = [&](size_t i) { return answers.candidates[i].worst.at(value).value.value; };
+    const Written least = written(own(*std::ranges::min_element(found, {}, own)), unit_of(answers, value), 1);
+    const auto fastest = std::ranges::find_if(found, [&](size_t i) { return !exceeds(own(i), least.value()); });
+    if (fastest == found.end()) continue;  // no number is above it
+    relaxed.push_back({value, least.value(), least.text(), *fastest});
+  }
+  if (limits.realtime && !answers.candidates.empty()) {
+    Limits others = limits;
+    others.realtime.reset();
+    const std::vector<size_t> found = within(others, "");
+    if (!found.empty()) {
+      const Written most = written(answers.candidates[found.front()].speed.factor.value, "times", -1);
+      relaxed.push_back({"", most.number, shortest(most.number), found.front()});
+    }
+  }
+  return relaxed;
+}
+
+}  // namespace
+
+std::string limit_text(double largest, const std::string& unit) { return written(largest, unit, 0).text(); }
+
+bool exceeds(double figure, double limit) { return figure > limit * (1 + 1e-12); }
+
 std::optional<double> excess(const Candidate& candidate, const Limits& limits, bool whole) {
   double most = 0;
   for (const auto& [name, limit] : limits.largest) {
     const auto found = candidate.worst.find(name);
     if (found == candidate.worst.end()) return std::nullopt;
     const double error = whole ? found->second.value.high : found->second.value.value;
-    if (error > limit) most = std::max(most, limit > 0 ? error / limit : HUGE_VAL);
+    if (exceeds(error, limit)) most = std::max(most, limit > 0 ? error / limit : HUGE_VAL);
   }
   const Interval& speed = candidate.speed.factor;
   const double least = limits.realtime.value_or(0), own = whole ? speed.low : speed.value;
@@ -453,6 +638,7 @@ Recommendation recommend(const SystemAnswers& answers, const Limits& limits) {
   for (const auto& [factor, i] : beyond) found.beyond.push_back(i);
   if (found.contenders.empty()) {
     if (!found.beyond.empty()) found.nearest = found.beyond.front();
+    found.relaxed = relaxations(answers, limits);
     return found;
   }
   const size_t best = found.contenders.front();

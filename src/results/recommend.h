@@ -55,6 +55,19 @@ struct Excluded {
   std::string why;
 };
 
+// A limit on contacts that every question has that names no other one and does not do without: soft contacts are easy to
+// repeat, so an error alone rewards them.
+struct UsualLimit {
+  std::string option;  // that changes it: "penetration" or "slip"
+  std::string value;   // that it limits
+  double largest = 0;
+};
+inline constexpr double kUsualPenetration = 5e-3;  // m, where the measure has stored no limit
+inline constexpr double kUsualSlip = 5e-3;         // m
+
+// The option whose limit a limit of this value takes the place of; "" for none.
+std::string_view usual_option(std::string_view value);
+
 // Everything about one system that an answer rests on.
 struct SystemAnswers {
   std::string system;
@@ -70,6 +83,10 @@ struct SystemAnswers {
   // by the contender that was varied.
   std::map<std::string, std::map<std::string, std::vector<FrontMember>>> swept;
   std::vector<Excluded> excluded;  // points that are no candidates
+  std::vector<UsualLimit> usual;   // none without contacts
+  double start_overlap = 0;        // m: shapes overlap by at least this at the start, so no penetration is below it
+  // Of values that stand for others that these results lack: what they are, in one sentence.
+  std::map<std::string, std::string> stand_ins;
 
   const Point& at(const Candidate& candidate) const { return points[candidate.point]; }
 };
@@ -87,6 +104,14 @@ struct Limits {
   std::optional<double> realtime;                       // the least realtime factor
 };
 
+// A limit that would let a question have an answer if it were this one, and all others as they are.
+struct Relaxation {
+  std::string value;     // "" for the least realtime factor
+  double to = 0;         // rounded to three digits, so that the candidate is within it
+  std::string text;      // as a user gives it: "2.41 mm"; of the realtime factor "2.41"
+  size_t candidate = 0;  // index into SystemAnswers::candidates: the fastest within these limits
+};
+
 struct Recommendation {
   std::optional<size_t> best;      // index into SystemAnswers::candidates: the fastest within all limits
   std::vector<size_t> contenders;  // each contender's fastest within them, the fastest first; of what a sweep varied
@@ -94,6 +119,7 @@ struct Recommendation {
   std::vector<size_t> alike;       // of these, but for the best, whose speed's interval reaches into the best's
   std::optional<size_t> certain;   // the fastest whose intervals lie within the limits as a whole
   std::optional<size_t> nearest;   // when nothing is within them: the one that misses by the least factor
+  std::vector<Relaxation> relaxed;  // and by limit, as asked, the least that it has to give way alone, where it can
   std::vector<size_t> beyond;      // of each contender with candidates but none within the limits: the one that misses
                                    // by the least factor, the least first
 };
@@ -110,6 +136,26 @@ struct Exceeded {
 // Where the candidate's contender first exceeds a limit of an error above the candidate's timestep; absent where none
 // of its larger candidates does. The smallest step at which it fails altogether is the candidate's `margin`.
 std::optional<Exceeded> first_exceeded(const SystemAnswers& answers, const Candidate& candidate, const Limits& limits);
+
+// What bounds a candidate's place among the timesteps of its contender.
+enum class End {
+  kNone,      // a timestep beyond it fails, exceeds a limit, or is no better
+  kTried,     // no timestep beyond it was run
+  kTimed,     // those beyond it were not timed
+  kMeasured,  // not all limited values were measured beyond it
+  kBetween    // nor at some timesteps between it and the first that tells
+};
+struct Edge {
+  End larger = End::kNone, smaller = End::kNone;  // the latter is never kBetween
+  std::vector<double> between_ms = {};            // of kBetween
+};
+Edge edge_of(const SystemAnswers& answers, const Candidate& candidate, const Limits& limits);
+
+// A limit as a user gives it, with three digits, in the largest unit in which it is at least 1: "2.41 mm".
+std::string limit_text(double largest, const std::string& unit);
+
+// Beyond what a limit in other units can lose by rounding: 10 µm are within "10µm".
+bool exceeds(double figure, double limit);
 
 // 0 for a candidate within all limits, else the largest factor by which it misses one. Absent when a limited value was
 // not measured there. With `whole` the upper ends of the errors and the lower end of the speed count.

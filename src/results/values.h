@@ -44,9 +44,12 @@ std::string value_named(std::string_view name, const std::vector<ValueInfo>& mea
 //    error of one instant is luck of phase: an oscillating error passes through small values at any timestep. The root
 //    mean square is stored beside it; it hides short excursions, and shrinks when a run is extended by a quiet end.
 // 2. That error at the run's end, in results of before version 0.2, which have no other.
-// 3. The self-consistency error, where there is no reference solution.
+// 3. The self-consistency error, where there is no reference solution: both sides of a piece started anew.
+// 4. The paper's, in results that have no other: its pieces start without what the engine keeps between steps, and the
+//    motion that they are compared with has it.
 inline constexpr std::string_view kTruthError = "truth_error_max";
-inline constexpr std::array<std::string_view, 3> kJudgedErrors = {kTruthError, "truth_error", "consistency"};
+inline constexpr std::array<std::string_view, 4> kJudgedErrors = {kTruthError, "truth_error", "consistency_cold",
+                                                                  "consistency"};
 
 // The terms of docs/glossary.md.
 struct Term {

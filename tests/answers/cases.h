@@ -1,4 +1,4 @@
-// cases.json: cells of one system, and questions with the answers that the command and the report's page give in words.
+// cases.json: cells of two systems, and questions with the answers that the command and the report's page give in words.
 #pragma once
 
 #include <fstream>
@@ -13,10 +13,11 @@ namespace assay {
 
 inline nlohmann::json answer_cases() { return nlohmann::json::parse(std::ifstream(ASSAY_ANSWER_CASES)); }
 
+// Of what names no system: its cells are of results before assay stored the penetration beyond the start's overlap.
 constexpr const char* kCasesSystem = "pile";
 
 inline void put_answer_cases(Store& store, const nlohmann::json& cases) {
-  store.set_systems({{kCasesSystem, "{}"}});
+  store.set_systems({{kCasesSystem, "{}"}, {"hand", "{}"}});
   std::vector<ContenderRow> contenders;
   for (const nlohmann::json& each : cases.at("contenders")) {
     const std::string name = each.at("name");
@@ -27,11 +28,11 @@ inline void put_answer_cases(Store& store, const nlohmann::json& cases) {
   store.set_contenders(contenders);
   for (const nlohmann::json& each : cases.at("cells")) {
     Cell cell;
-    cell.system = kCasesSystem;
+    cell.system = each.value("system", kCasesSystem);
     cell.contender = each.at("contender");
     cell.timestep_ms = each.at("timestep_ms");
     cell.measure = each.at("measure");
-    cell.key = cell.contender + cell.measure + std::to_string(cell.timestep_ms);
+    cell.key = cell.system + cell.contender + cell.measure + std::to_string(cell.timestep_ms);
     cell.outcome = parse_outcome(each.value("outcome", "ok")).value();
     cell.reason = each.value("reason", "");
     for (const nlohmann::json& value : each.at("values")) {

@@ -37,7 +37,7 @@ function said() {
   const texts = (selector) => [...document.querySelectorAll(`.pick-answer ${selector}`)];
   const cells = (row) => [...row.cells].map((cell) => cell.textContent);
   const line = (node) => (node.dataset.label ? `${node.dataset.label}: ${node.lastChild.textContent.slice(1)}` : node.textContent);
-  const [each] = texts("details:not(.pick-excluded)");
+  const [each] = texts("details:not(.pick-excluded, .pick-grounds)");
   const words = document.querySelector(".pick-none")
     ? { none: document.querySelector(".pick-none").textContent }
     : {
@@ -46,6 +46,7 @@ function said() {
         columns: cells(each.querySelector("thead tr")).slice(0, -1), // the margins are the page's own
         rows: [...each.querySelectorAll("tbody tr")].map((row) => cells(row).slice(0, -1)),
       };
+  words.grounds = texts(".pick-grounds p").map((node) => node.textContent);
   words.left_out = texts(".pick-excluded tbody tr").map(cells);
   return words;
 }
@@ -54,10 +55,12 @@ test("the page gives every answer in the words of the cases", async () => {
   const file = join(work, "results", "report.html");
   const data = dataIn(file);
   const { page, trouble } = await openReport(browser, file);
-  assert.ok(questions.length >= 10, `${questions.length} questions`);
-  for (const { name, limits, realtime, expected } of questions) {
-    const asked = [`limit=${limits.map((limit) => inAddress(data, limit)).join()}`, realtime === null ? "" : `realtime=${Number(realtime)}`];
-    const hash = ["pick", "pick=pile", ...asked.filter((word) => !word.endsWith("="))].filter(Boolean).join("&");
+  assert.ok(questions.length >= 20, `${questions.length} questions`);
+  for (const { name, system = "pile", limits, usual, realtime, expected } of questions) {
+    const defaults = data.views.find((view) => view.system === system).usual.filter((one) => usual && !limits.some((limit) => limit.startsWith(`${one.value}=`)));
+    const all = [...limits.map((limit) => inAddress(data, limit)), ...defaults.map((one) => `${one.value}:${one.largest}`)];
+    const asked = [`limit=${all.join()}`, realtime === null ? "" : `realtime=${Number(realtime)}`];
+    const hash = ["pick", `pick=${system}`, ...asked.filter((word) => !word.endsWith("="))].filter(Boolean).join("&");
     await page.evaluate(async (address) => {
       await new Promise((done) => {
         window.addEventListener("hashchange", done, { once: true });

@@ -51,6 +51,8 @@ function questions(view) {
     limit(view.errors[i % view.errors.length], i / kQuestions);
     if (i % 3 === 1) limit(view.errors[(i + 1) % view.errors.length], 1 - 0.5 * (i / kQuestions));
     const realtime = i % 4 === 2 ? kRates[(i >> 2) % kRates.length] : null;
+    // and what nothing meets: half of the least of a value
+    if (i % 6 === 5) for (const [name, value] of limits) limits.set(name, value / (i === 5 ? 50 : 1e3));
     if (limits.size > 0 || realtime !== null) list.push({ system: view.system, limits: [...limits], realtime });
   }
   return list;
@@ -63,6 +65,9 @@ async function said(dir, data, { system, limits, realtime }) {
     return ["--limit", `${name}=${largest / scale}${text}`];
   });
   if (realtime !== null) words.push("--realtime", String(realtime));
+  // the page asks what it shows, and nothing by default
+  if (!limits.some(([name]) => name.startsWith("penetration"))) words.push("--penetration", "any");
+  if (!limits.some(([name]) => name === "grasp_slip")) words.push("--slip", "any");
   const answer = promisify(execFile)(process.env.ASSAY, ["recommend", dir, system, ...words, "--json"], { maxBuffer: 1 << 26 });
   const { stdout } = await answer.catch((error) => error); // the status says whether there is an answer
   assert.ok(stdout, `assay recommend ${system} ${words.join(" ")}`);
@@ -77,6 +82,8 @@ async function compare(dir, least) {
   let answered = 0;
   let sweeps = 0;
   let exceeding = 0;
+  let edges = 0;
+  let relaxed = 0;
   for (const question of all) {
     const { system, limits, realtime } = question;
     const words = [`pick=${system}`, limits.length > 0 ? `limit=${limits.map((limit) => limit.join(":")).join()}` : "", realtime === null ? "" : `realtime=${realtime}`];
@@ -94,13 +101,14 @@ async function compare(dir, least) {
         const fact = (label) => [...document.querySelectorAll(`.pick-facts [data-label="${label}"]`)].map((node) => node.lastChild.textContent.trim());
         return {
           system: document.querySelector("#pick-system").value,
+          heading: document.querySelector(".pick-best strong")?.textContent ?? null,
           best: best ? `${best.contenderOf} at ${best.timestep}` : null,
           alike: [...(fact("not told apart by speed")[0] ?? "").matchAll(/([\w-][^,]*) at /g)].map((match) => match[1]),
           margin: fact("margin")[0] ?? null,
           settings: fact("setting").join("; "),
           warned: [...document.querySelectorAll(".pick-facts li")].some((node) => node.textContent.startsWith("its 95 % interval reaches beyond the limit")),
           none: document.querySelector(".pick-none")?.textContent ?? null,
-          passing: [...document.querySelectorAll(".pick-answer details:not(.pick-excluded) tbody tr")].map((row) => row.cells[0].textContent),
+          passing: [...document.querySelectorAll(".pick-answer details:not(.pick-excluded, .pick-grounds) tbody tr")].map((row) => row.cells[0].textContent),
         };
       }, hash),
     ]);
@@ -118,13 +126,18 @@ async function compare(dir, least) {
     if (expected.recommended !== null) sweeps += expected.recommended.varies === expected.recommended.contender ? 0 : 1;
     const certain = expected.certain && place(expected.certain);
     assert.equal(shown.warned, shown.best !== null && certain !== shown.best, hash);
-    if (expected.nearest) assert.ok(shown.none.includes(`the nearest is ${expected.nearest.contender} at `), `${hash}: ${shown.none}`);
+    const ways = expected.relaxations.map(({ recommended }) => `: ${recommended.contender} at `);
+    if (expected.nearest) for (const way of ways.length > 0 ? ways : [`the nearest is ${expected.nearest.contender} at `]) assert.ok(shown.none.includes(way), `${hash}: ${shown.none}`);
+    if (expected.recommended?.edge) assert.ok(shown.heading.endsWith(`, ${expected.recommended.edge}`), `${hash}: ${shown.heading}`);
+    edges += expected.recommended?.edge ? 1 : 0;
+    relaxed += ways.length;
     assert.deepEqual(shown.alike, expected.not_told_apart.map(({ contender }) => contender), hash);
     assert.deepEqual(shown.passing, expected.contenders.map(({ contender }) => contender), hash);
     if (expected.recommended !== null) answered += 1;
   }
   assert.ok(answered > all.length / 2, `${answered} of ${all.length} questions have an answer`);
   assert.ok(exceeding > all.length / 10, `${exceeding} of ${all.length} answers name the limit that a larger timestep exceeds`);
+  assert.ok(edges > 0 && relaxed > 0, `${edges} answers at an edge, ${relaxed} relaxations`);
   assert.deepEqual(trouble, []);
   await page.close();
   return sweeps;

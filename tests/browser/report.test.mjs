@@ -1044,7 +1044,36 @@ describe("the programme", () => {
       node.value = "1e-9";
       node.dispatchEvent(new Event("input"));
     });
-    assert.match(await page.$eval(".pick-none", (node) => node.textContent), /no contender on humanoid has .* within .*, at least 5.*× real time: the nearest is /);
+    assert.match(await page.$eval(".pick-none", (node) => node.textContent), /no contender on humanoid has .* within .*, at least 5.*× real time: relax the /);
+    // What it says to relax can be chosen, and answers.
+    const relax = await page.$eval(".pick-relax", (node) => ({ text: node.textContent, then: node.nextSibling.textContent }));
+    await page.$eval(".pick-relax", (node) => node.click());
+    const chosen = await page.$eval(".pick-best", (node) => [node.dataset.contenderOf, node.dataset.timestep]);
+    assert.ok(relax.then.startsWith(`: ${chosen[0]} at `), `${relax.text}${relax.then}`);
+    assert.equal(`relax the ${await page.$eval(".pick-facts [data-label]", (node) => /^asked (.*?) within/.exec(node.innerText)[1])} to `, /^.* to /.exec(relax.text)[0]);
+  });
+
+  test("the picker's first question has what every question has of contacts, and another system keeps what was typed", async () => {
+    const limitsOf = () => page.evaluate(() => Object.fromEntries([...document.querySelectorAll(".pick-limit")].map((row) => [row.querySelector(".pick-measure").value, Number(row.querySelector(".pick-error").value) * Number(row.querySelector(".pick-unit").value)])));
+    const usual = (system) => data().views.find((view) => view.system === system).usual;
+    await page.evaluate(() => { location.hash = "pick&pick=humanoid&limit=consistency:0.001,penetration_max:0.005"; });
+    await page.waitForFunction(() => document.querySelectorAll(".pick-limit").length === 2 && document.querySelector("#pick-system").value === "humanoid");
+    assert.deepEqual(usual("humanoid").map(({ option }) => option), ["penetration"]);
+    assert.match(await page.$eval(".pick-answer", (node) => node.innerText), /penetration within 5 mm \(default\)/);
+    assert.match(await page.$eval(".pick-grounds", (node) => node.textContent), /did not store the penetration beyond/);
+    await page.$eval(".pick-limit:nth-child(1) .pick-error", (node) => {
+      node.value = "3";
+      node.dispatchEvent(new Event("input"));
+    });
+    await page.select("#pick-system", "grasp");
+    const near = (limits) => Object.fromEntries(Object.entries(limits).map(([name, largest]) => [name, Number(largest.toPrecision(6))]));
+    assert.deepEqual(near(await limitsOf()), { consistency: 0.003, penetration_max: 0.005, grasp_slip: 0.005 });
+    await page.$eval(".pick-limit:nth-child(3) .pick-remove", (node) => node.click());
+    await page.select("#pick-system", "planar-chain");
+    const main = data().views.find((view) => view.system === "planar-chain").main;
+    assert.deepEqual(near(await limitsOf()), { [main]: 0.003 }, "the error by which this system is judged");
+    await page.select("#pick-system", "grasp");
+    assert.deepEqual(near(await limitsOf()), { consistency: 0.003, penetration_max: 0.005 }, "what was taken away stays away");
   });
 
   test("values can be filtered, sorted and taken away", async () => {

@@ -1,6 +1,7 @@
 """recommend, and references that later campaigns reuse: on a real campaign, made small."""
 
 import contextlib
+import json
 import shutil
 import sqlite3
 
@@ -74,10 +75,17 @@ class RecommendTest(AssayTest):
     def test_nobody_is_good_enough(self):
         self.measure()
         self.refused("recommend", "results", "planar-chain", "--error", "1e-30mm", status=1,
-                     naming=["no contender on planar-chain has error within 1e-30mm", "the nearest is"])
+                     naming=["no contender on planar-chain has error within 1e-30mm", "relax the error to "])
         told = self.run_assay("recommend", "results", "planar-chain", "--error", "1e-30m", "--json")
         self.assertEqual(told.returncode, 1)
         self.assertIn('"recommended": null', told.stdout)
+        # relaxed as it says, the question has the answer that it names
+        told = json.loads(told.stdout)
+        relaxed, = told["relaxations"]
+        self.assertEqual(relaxed["value"], "truth_error_max")
+        again = self.assay_json("recommend", "results", "planar-chain", "--error", relaxed["text"], "--json")
+        for key in ("contender", "timestep_ms"):
+            self.assertEqual(again["recommended"][key], relaxed["recommended"][key])
 
     def test_refusals(self):
         self.measure()
@@ -94,7 +102,10 @@ class RecommendTest(AssayTest):
                      naming=["truth_eror", "did you mean 'truth_error'?"])
         self.refused("recommend", "results", "planar-chain", "--limit", "raw_speed=1kHz", naming=["cannot be limited"])
         self.refused("recommend", "results", "planar-chain", "--limit", "1mm", naming=["NAME=QUANTITY"])
-        self.refused("recommend", "results", "planar-chain", "--penetration", "1mm", naming=["penetration_max"])
+        self.refused("recommend", "results", "planar-chain", "--error", "0mm", naming=["'0mm'", "above"])
+        self.refused("recommend", "results", "planar-chain", "--penetration", "1mm", naming=["--penetration", "no penetration is measured"])
+        self.refused("recommend", "results", "planar-chain", "--slip", "1mm", naming=["--slip", "nothing is held"])
+        self.refused("recommend", "results", "planar-chain", "--penetration", "any", naming=["no limit was given"])
         self.refused("recommend", "results", "planar-chain", "--realtime", "fast", naming=["--realtime", "'fast'"])
         self.refused("recommend", "results", "planar-chain", "--measure", "truth", naming=["--error"])
         self.refused("recommend", "results", "planar-chain", "--error", "1mm", "--limit", "truth_error_max=2mm",
@@ -139,7 +150,7 @@ class RecommendTest(AssayTest):
         for part in ("margin:", "Not considered", "not timed", "self-consistency is not accuracy"):
             self.assertIn(part, text)
         self.refused("recommend", "results", "planar-chain", "--error", "1m", "--realtime", "1e12", status=1,
-                     naming=["the nearest is", "real time"])
+                     naming=["relax the speed to ", "real time"])
 
     def engine_seconds(self, out):
         with contextlib.closing(sqlite3.connect(self.dir / out / "assay.sqlite")) as db:
@@ -177,14 +188,15 @@ class RecommendTest(AssayTest):
         self.assertEqual(done.returncode, 0, done.stderr)
         if "havok" in known:  # before anything is measured
             self.assertIn("note: a sweep leaves 'havok' as it is: its engine has no setting for 'iterations'", done.stderr)
-        depths = self.values("penetration_max")
+        depths = self.values("penetration_added_max")
         names = {name for name, _ in depths}
         swept = {"mujoco-euler", "mujoco-euler it=2", "mujoco-euler it=10", "mujoco-euler contact_timeconst=0.005"}
         self.assertLessEqual(swept, names)
         self.assertLess(depths["mujoco-euler contact_timeconst=0.005", 1.0], 0.8 * depths["mujoco-euler", 1.0],
                         "stiffer contacts sink less")
         # each contender that was varied once, with the settings that it takes
-        told = self.assay_json("recommend", "results", "capsules-8", "--error", "1m", "--measure", "consistency", "--json")
+        told = self.assay_json("recommend", "results", "capsules-8", "--error", "1m", "--measure", "consistency", "--penetration", "any",
+                               "--json")
         lines = [row["varies"] for row in told["contenders"]]
         self.assertEqual(len(lines), len(set(lines)), lines)
         self.assertEqual(set(lines), {name for name in ("mujoco-euler", "ode-quick", "havok") if name in known})
@@ -194,6 +206,12 @@ class RecommendTest(AssayTest):
             for word in row["contender"].split(" ")[1:]:
                 name, value = word.split("=")
                 self.assertEqual(changed[{"it": "iterations"}.get(name, name)], value)
+        # every question about contacts limits them, and says so
+        told = self.assay_json("recommend", "results", "capsules-8", "--error", "1m", "--json")
+        limits = {limit["value"]: limit["default"] for limit in told["limits"]}
+        self.assertEqual(limits, {"consistency_cold": False, "penetration_added_max": True})
+        self.refused("recommend", "results", "capsules-8", "--error", "1m", "--penetration", "any", "--limit", "penetration_max=1m",
+                     naming=["--penetration is 'any'", "'penetration_max' is limited"])
         # within what only the stiff contacts keep, the answer is one of their points
         stiff = max(depth for (name, step), depth in depths.items()
                     if name == "mujoco-euler contact_timeconst=0.005" and step <= 1)

@@ -8,6 +8,7 @@ export interface Asked {
   name: string;
   largest: number;
   text: string; // as the reader typed it
+  usual?: boolean; // it is the one that questions have by default
 }
 
 export interface Limits {
@@ -26,7 +27,56 @@ export interface Picked {
   passing: Pick[]; // each contender's first candidate within the limits, in the list's order
   alike: Pick[]; // of those, what no measurement tells from the first
   certain: Pick | null; // the first whose intervals are within the limits as a whole
+  relaxed: Relaxation[]; // where nothing is within the limits: by limit, as asked, the least that it has to give way alone
   beyond: Pick[]; // of each other contender the candidate that misses a limit by the least factor, the least first
+}
+
+// A limit that would let the question have an answer, all others as they are.
+export interface Relaxation {
+  name: string | null; // null: the least realtime factor
+  to: number;
+  text: string;
+  one: Pick;
+}
+
+// A number of three digits in a unit.
+interface Written {
+  number: number;
+  scale: number;
+  text: string;
+}
+
+// In the largest unit in which it is at least 1. `up`: -1 rounds down, 1 up, 0 to the nearest.
+function written(value: number, units: { text: string; scale: number }[], up: number): Written {
+  const sorted = [...units].sort((a, b) => b.scale - a.scale);
+  const { text, scale } = sorted.find((unit) => unit.text !== "cm" && unit.scale <= value * (1 + 1e-9)) ?? sorted[sorted.length - 1] ?? { text: "", scale: 1 };
+  const [mantissa = "1.00", exponent = "+0"] = (value / scale).toExponential(2).split("e");
+  let number = Number(`${mantissa}e${exponent}`);
+  if ((up > 0 && exceeds(value, number * scale)) || (up < 0 && number * scale > value)) {
+    const hundredths = Math.round(Number(mantissa) * 100) + up;
+    number = hundredths < 100 ? Number(`9.99e${Number(exponent) - 1}`) : Number(`${(hundredths / 100).toFixed(2)}e${exponent}`);
+  }
+  return { number, scale, text: shortest(number) + (text ? ` ${text}` : "") };
+}
+
+// As C++ writes a number with as few digits as tell it from others.
+function shortest(number: number): string {
+  if (Math.abs(number) >= 1e-4 && Math.abs(number) < 1e16) return String(number);
+  return number.toExponential().replace(/e([+-])(\d)$/, "e$10$2");
+}
+
+function unitsOf(view: SystemView, name: string): { text: string; scale: number }[] {
+  const base = valueInfo(name).unit;
+  return view.report.json.units?.[base] ?? [{ text: base === "1" ? "" : base, scale: 1 }];
+}
+
+// A limit as a reader would type it, with three digits.
+export function limitText(view: SystemView, name: string, largest: number): string {
+  return written(largest, unitsOf(view, name), 0).text;
+}
+
+export function isUsual(view: SystemView, name: string, largest: number): boolean {
+  return view.json.usual.some((one) => one.value === name && Math.abs(one.largest - largest) <= 1e-9 * largest);
 }
 
 function picksOf(view: SystemView): Pick[] {
@@ -34,6 +84,11 @@ function picksOf(view: SystemView): Pick[] {
     const point = view.json.points[candidate.point];
     return point?.speed ? [{ candidate, point, speed: point.speed, worst: point.worst ?? {} }] : [];
   });
+}
+
+// Beyond what a limit in other units can lose by rounding.
+function exceeds(figure: number, limit: number): boolean {
+  return figure > limit * (1 + 1e-12);
 }
 
 // 0 for a candidate within all limits, else the largest factor by which it misses one; null when a limited value was not
@@ -44,11 +99,80 @@ function excess(one: Pick, limits: Limits, whole: boolean): number | null {
     const worst = one.worst[name];
     if (!worst) return null;
     const error = whole ? (worst.high ?? worst.value) : worst.value;
-    if (error > largest) most = Math.max(most, error / largest);
+    if (exceeds(error, largest)) most = Math.max(most, error / largest);
   }
   const speed = whole ? one.speed.low : one.speed.value;
   if (limits.realtime !== null && speed < limits.realtime) most = Math.max(most, limits.realtime / speed);
   return most;
+}
+
+// Each limit in turn: the least that some candidate within all others has of it.
+function relaxations(view: SystemView, limits: Limits): Relaxation[] {
+  const found: Relaxation[] = [];
+  const picks = picksOf(view);
+  for (const { name } of limits.asked) {
+    const others = { ...limits, asked: limits.asked.filter((asked) => asked.name !== name) };
+    const within = picks.filter((one) => one.worst[name] && excess(one, others, false) === 0);
+    if (within.length === 0) continue;
+    const least = written(Math.min(...within.map((one) => one.worst[name]!.value)), unitsOf(view, name), 1);
+    const to = least.number * least.scale;
+    const fastest = within.find((one) => !exceeds(one.worst[name]!.value, to));
+    if (fastest) found.push({ name, to, text: least.text, one: fastest });
+  }
+  if (limits.realtime !== null) {
+    const fastest = picks.find((one) => excess(one, { ...limits, realtime: null }, false) === 0);
+    if (fastest) {
+      const { number, text } = written(fastest.speed.value, [{ text: "", scale: 1 }], -1);
+      found.push({ name: null, to: number, text, one: fastest });
+    }
+  }
+  return found;
+}
+
+export function relaxedLimits(limits: Limits, by: Relaxation): Limits {
+  if (by.name === null) return { ...limits, realtime: by.to };
+  return { ...limits, asked: limits.asked.map((asked) => (asked.name === by.name ? { ...asked, largest: by.to, text: by.text } : asked)) };
+}
+
+// What bounds a pick's place among its contender's timesteps (src/results/recommend.h).
+type End = "none" | "tried" | "timed" | "measured" | "between";
+interface Edge {
+  larger: End;
+  smaller: End;
+  between: number[]; // ms
+}
+
+// "none" where the point tells that nothing better lies there; else what it lacks for that.
+function unknownAt(point: ViewPoint, limits: Limits): End {
+  if (!point.sound) return "none";
+  const worst = point.worst ?? {};
+  if (limits.asked.some(({ name, largest }) => worst[name] && exceeds(worst[name].value, largest))) return "none";
+  if (!point.speed) return "timed";
+  return Object.keys(worst).length > 0 && limits.asked.every(({ name }) => worst[name]) ? "none" : "measured";
+}
+
+function edgeOf(view: SystemView, one: Pick, limits: Limits): Edge {
+  const points = view.json.points.filter((point) => point.contender === one.point.contender);
+  const own = points.indexOf(one.point);
+  const edge: Edge = { larger: own + 1 === points.length ? "tried" : "none", smaller: own === 0 ? "tried" : "none", between: [] };
+  for (const point of points.slice(own + 1)) {
+    const unknown = unknownAt(point, limits);
+    if (unknown === "none") {
+      if (edge.larger !== "none") edge.larger = "between";
+      break;
+    }
+    if (edge.larger === "none") edge.larger = unknown;
+    edge.between.push(point.timestep_ms);
+  }
+  for (const point of points.slice(0, own).reverse()) {
+    const unknown = unknownAt(point, limits);
+    if (unknown === "none") {
+      edge.smaller = "none";
+      break;
+    }
+    if (edge.smaller === "none") edge.smaller = unknown;
+  }
+  return edge;
 }
 
 export function pick(view: SystemView, limits: Limits): Picked {
@@ -73,7 +197,8 @@ export function pick(view: SystemView, limits: Limits): Picked {
   const order = view.json.candidates;
   const beyond = [...missing].filter(([line]) => !seen.has(line)).map(([, miss]) => miss);
   beyond.sort((a, b) => a.by - b.by || order.indexOf(a.one.candidate) - order.indexOf(b.one.candidate));
-  return { passing, alike: best ? passing.slice(1).filter((one) => one.speed.high >= best.speed.low) : [], certain, beyond: beyond.map((miss) => miss.one) };
+  const relaxed = best ? [] : relaxations(view, limits);
+  return { passing, relaxed, alike: best ? passing.slice(1).filter((one) => one.speed.high >= best.speed.low) : [], certain, beyond: beyond.map((miss) => miss.one) };
 }
 
 // As C++ writes {:.3g}.
@@ -84,6 +209,7 @@ function general(value: number): string {
   return `${Number(mantissa)}e${power < 0 ? "-" : "+"}${String(Math.abs(power)).padStart(2, "0")}`;
 }
 
+const kHere = "\u0000"; // stands for pieces of a sentence while it is filled
 const brief = (name: string) => valueInfo(name).short;
 const placeOf = (point: ViewPoint) => `${point.contender} at ${timestep(point.timestep_ms)} ms`;
 
@@ -103,9 +229,42 @@ export class Words {
   }
 
   private limitsText(): string {
-    const parts = this.limits.asked.map(({ name, text }) => this.say("within", { value: brief(name), limit: text }));
+    const parts = this.limits.asked.map(({ name, text, usual }) => this.say(usual ? "within_usual" : "within", { value: brief(name), limit: text }));
     if (this.limits.realtime !== null) parts.push(this.say("at_least", { realtime: realtime(this.limits.realtime) }));
     return parts.join(", ");
+  }
+
+  private edge(one: Pick, limits = this.limits): string {
+    const { larger, smaller, between } = edgeOf(this.view, one, limits);
+    if (larger === "tried" && smaller === "tried") return this.say("only_tried");
+    const most = larger === "none" ? "" : this.say(larger === "between" ? "between" : `largest_${larger}`, { steps: between.map(timestep).join(", ") });
+    const least = smaller === "none" ? "" : this.say(`smallest_${smaller}`);
+    return most && least ? this.say("edges", { larger: most, smaller: least }) : most + least;
+  }
+
+  // A pick that is named as an answer.
+  private answering(one: Pick, limits = this.limits): string {
+    const edge = this.edge(one, limits);
+    return this.say(edge ? "answer_at_edge" : "answer", { place: placeOf(one.point), realtime: one.candidate.realtime, edge });
+  }
+
+  private mark(one: Pick): string {
+    const { larger, smaller } = edgeOf(this.view, one, this.limits);
+    if (larger !== "none") return smaller !== "none" ? " ±" : " +";
+    return smaller !== "none" ? " -" : "";
+  }
+
+  private markLines(some: Pick[]): AnswerLine[] {
+    const edges = some.map((one) => edgeOf(this.view, one, this.limits));
+    const lines: AnswerLine[] = [];
+    if (edges.some(({ larger }) => larger !== "none")) lines.push({ label: "", text: this.say("larger_mark") });
+    if (edges.some(({ smaller }) => smaller !== "none")) lines.push({ label: "", text: this.say("smaller_mark") });
+    return lines;
+  }
+
+  // What stands for limited values that the results lack.
+  grounds(): string[] {
+    return this.limits.asked.flatMap(({ name }) => this.view.json.stand_ins[name] ?? []);
   }
 
   // Where its contender first exceeds a limit at a larger timestep, before what the program says of it.
@@ -114,7 +273,7 @@ export class Words {
     for (const { point, worst } of picksOf(this.view)) {
       if (point.contender !== one.point.contender || point.timestep_ms <= one.point.timestep_ms) continue;
       if (first && point.timestep_ms >= first.point.timestep_ms) continue;
-      const over = this.limits.asked.find(({ name, largest }) => worst[name] && worst[name].value > largest);
+      const over = this.limits.asked.find(({ name, largest }) => worst[name] && exceeds(worst[name].value, largest));
       if (over) first = { point, name: over.name, worst: worst[over.name]! };
     }
     if (!first) return one.candidate.margin;
@@ -148,27 +307,27 @@ export class Words {
     line(this.say("margin"), this.margin(best));
     if (alike.length > 0) line(this.say("alike"), alike.map((one) => placeOf(one.point)).join(", "));
     if (certain !== best) {
-      const whole = certain ? this.say("whole", { place: placeOf(certain.point), realtime: certain.candidate.realtime }) : this.say("no_whole");
+      const whole = certain ? this.say("whole", { answer: this.answering(certain) }) : this.say("no_whole");
       line("", this.say("reaches", { whole }));
     }
     const { limited, open } = this.view.json.accuracy;
     const names = this.limits.asked.map(({ name }) => name);
-    const isOpen = names[0] === limited && !names.some((name) => valueInfo(name).measure === valueInfo(open).measure);
+    const isOpen = names[0] !== undefined && limited.includes(names[0]) && !names.some((name) => valueInfo(name).measure === valueInfo(open).measure);
     if (isOpen && worst[open]) line(this.say("not_accuracy"), this.say("accuracy", { error: worst[open].text }));
-    const heading = this.say("best", { system: this.view.system, place: placeOf(point), realtime: candidate.realtime });
+    const heading = this.say("best", { system: this.view.system, answer: this.answering(best) });
     const columns = [this.say("contender"), this.say("timestep"), this.say("realtime"), ...this.columns().map(brief)];
     const rows = passing.map((one) => this.row(one));
     const estimates = passing.some((one) => !one.speed.timed) ? [{ label: "", text: this.say("estimates") }] : [];
     const right = columns.map((_, index) => index).slice(1);
     return [
       { heading, evidence: false, lines, columns: [], rows: [], right: [] },
-      { heading: this.say("each"), evidence: false, lines: estimates, columns, rows, right },
+      { heading: this.say("each"), evidence: false, lines: [...estimates, ...this.markLines(passing)], columns, rows, right },
     ];
   }
 
   row(one: Pick): string[] {
     const speed = one.speed.timed ? one.candidate.realtime : this.say("estimated", { realtime: one.candidate.realtime });
-    return [one.point.contender, `${timestep(one.point.timestep_ms)} ms`, speed, ...this.columns().map((name) => one.worst[name]?.text ?? "")];
+    return [one.point.contender, `${timestep(one.point.timestep_ms)} ms${this.mark(one)}`, speed, ...this.columns().map((name) => one.worst[name]?.text ?? "")];
   }
 
   private missed(worst: Record<string, Worst>, speed: { value: number; text: string } | null): string {
@@ -177,7 +336,7 @@ export class Words {
       const own = worst[name];
       if (!own) continue;
       const factor = own.value / largest;
-      const over = factor > 1 && Number.isFinite(factor) ? this.say("over", { factor: general(factor) }) : "";
+      const over = exceeds(own.value, largest) && Number.isFinite(factor) ? this.say("over", { factor: general(factor) }) : "";
       parts.push(this.say("figure", { value: brief(name), figure: own.text }) + over);
     }
     const least = this.limits.realtime;
@@ -188,14 +347,41 @@ export class Words {
     return parts.join("; ");
   }
 
-  // Where nothing is within the limits: what misses them by the least, or was begun.
-  none(): string {
-    return this.say("none", { system: this.view.system, limits: this.limitsText(), nearest: this.nearest() });
+  // Where nothing is within the limits: what to relax, else what misses them by the least, or was begun. In pieces, of
+  // which those with a relaxation are what a reader may choose.
+  nonePieces(): { text: string; relax?: Relaxation }[] {
+    const pieces = this.relaxedPieces() ?? [{ text: this.nearest() }];
+    const [before = "", after = ""] = this.say("none", { system: this.view.system, limits: this.limitsText(), nearest: kHere }).split(kHere);
+    return [{ text: before }, ...pieces, { text: after }];
+  }
+
+  private relaxedPieces(): { text: string; relax?: Relaxation }[] | null {
+    const { relaxed } = this.found;
+    if (relaxed.length === 0) return null;
+    const pieces: { text: string; relax?: Relaxation }[] = [];
+    const unmoved: string[] = [];
+    const add = (name: string | null, named: string) => {
+      const own = relaxed.find((one) => one.name === name);
+      if (!own) return unmoved.push(named);
+      if (pieces.length > 0) pieces.push({ text: this.say("or") });
+      const text = name === null ? this.say("relax_speed", { realtime: realtime(own.to) }) : this.say("relax", { value: named, limit: own.text });
+      const [before = "", after = ""] = this.say("relaxed", { relax: kHere, answer: this.answering(own.one, relaxedLimits(this.limits, own)) }).split(kHere);
+      return pieces.push({ text: before }, { text, relax: own }, { text: after });
+    };
+    for (const { name } of this.limits.asked) add(name, brief(name));
+    if (this.limits.realtime !== null) add(null, this.say("the_speed"));
+    if (unmoved.length > 0) pieces.push({ text: this.say("not_alone", { values: unmoved.join(this.say("or_value")) }) });
+    return pieces;
   }
 
   private nearest(): string {
     const first = this.found.beyond[0];
-    if (first) return this.say("nearest", { place: placeOf(first.point), values: this.missed(first.worst, { value: first.speed.value, text: first.candidate.realtime }) });
+    if (first) {
+      const edge = this.edge(first);
+      const place = edge ? this.say("place_at_edge", { place: placeOf(first.point), edge }) : placeOf(first.point);
+      const nearest = this.say("nearest", { place, values: this.missed(first.worst, { value: first.speed.value, text: first.candidate.realtime }) });
+      return this.say("none_alone", { nearest });
+    }
     const names = this.limits.asked.map(({ name }) => name);
     let nearest: { point: ViewPoint; missing: string[]; by: number } | null = null;
     for (const point of this.view.json.points) {

@@ -380,6 +380,13 @@ export interface Speed {
   between: [number, number] | null; // ms; the timed steps around one that was not timed
 }
 
+// A limit of contacts that a question has unless it says otherwise.
+export interface UsualLimit {
+  option: string;
+  value: string;
+  largest: number;
+}
+
 export interface ViewPoint {
   contender: string;
   timestep_ms: number;
@@ -437,7 +444,9 @@ export interface ViewJson {
   candidates: Candidate[];
   left_out: LeftOut[]; // whatever the limits
   columns: { most: number; besides: string[] }; // how many limited values a table shows, and which others besides
-  accuracy: { limited: string; open: string }; // a limit of the first value leaves the second one open
+  accuracy: { limited: string[]; open: string }; // a limit of one of the first leaves the last one open
+  usual: UsualLimit[]; // what every question limits that does not do without
+  stand_ins: Record<string, string>; // of values that stand for others, which these results lack: what they are
   card: { answers: Answer[]; caveat: string };
 }
 
@@ -447,7 +456,7 @@ export interface Entry {
   cell: Cell;
 }
 
-const kNoView: Omit<ViewJson, "system"> = { main: null, values: [], errors: [], points: [], fronts: {}, candidates: [], left_out: [], columns: { most: 0, besides: [] }, accuracy: { limited: "", open: "" }, card: { answers: [], caveat: "" } }; // prettier-ignore
+const kNoView: Omit<ViewJson, "system"> = { main: null, values: [], errors: [], points: [], fronts: {}, candidates: [], left_out: [], columns: { most: 0, besides: [] }, accuracy: { limited: [], open: "" }, usual: [], stand_ins: {}, card: { answers: [], caveat: "" } }; // prettier-ignore
 
 const catalogue = new Map<string, ValueInfo>();
 

@@ -1,5 +1,5 @@
 // The reader's question: which engine, within limits of the reader's own?
-import { Words, type Asked, type Pick } from "./answer";
+import { isUsual, limitText, relaxedLimits, Words, type Asked, type Limits, type Pick } from "./answer";
 import { valueInfo, type LeftOut, type Report, type SystemView } from "./data";
 import { clear, el } from "./dom";
 import { onRestored } from "./address";
@@ -16,8 +16,48 @@ export function canPick(report: Report): boolean {
 
 // The one that the system's card answers first.
 export function firstQuestion(view: SystemView): Question {
-  const limits = view.json.card.answers.map((one) => Object.entries(one.limits ?? {})).find((each) => each.length > 0);
-  return { system: view.system, limits: limits ?? [], realtime: limits ? null : 1 };
+  const first = view.json.card.answers.find((one) => Object.keys(one.limits ?? {}).length > 0 || (one.realtime ?? null) !== null);
+  // the error that the system is judged by, then what is limited of contacts, as the command has it
+  const place = (name: string) => (name === view.json.main ? -1 : view.json.usual.findIndex((one) => one.value === name));
+  const limits = Object.entries(first?.limits ?? {}).sort(([a], [b]) => place(a) - place(b));
+  return { system: view.system, limits, realtime: first ? (first.realtime ?? null) : 1 };
+}
+
+// What a reader has set, over all systems: by what a limit is for, the largest, or null for one that was taken away.
+// Another system is asked the same, as far as it has the values.
+class Wishes {
+  private readonly limits = new Map<string, number | null>();
+  private rate: number | null | undefined;
+
+  // The error that a system is judged by is another value on another system, as the penetration of older results is.
+  private static role(view: SystemView, name: string): string {
+    if (name === view.json.main) return `error in ${valueInfo(name).unit}`;
+    return view.json.usual.find((one) => one.value === name)?.option ?? name;
+  }
+
+  // From what differs from the system's first question.
+  learn(view: SystemView, question: Question): void {
+    const first = firstQuestion(view);
+    for (const name of view.json.errors) {
+      const own = question.limits.find(([each]) => each === name)?.[1];
+      const usual = first.limits.find(([each]) => each === name)?.[1];
+      const role = Wishes.role(view, name);
+      if (own === usual) this.limits.delete(role);
+      else this.limits.set(role, own ?? null);
+    }
+    this.rate = question.realtime === first.realtime ? undefined : question.realtime;
+  }
+
+  of(view: SystemView): Question {
+    const first = firstQuestion(view);
+    const limits: [string, number][] = [];
+    for (const name of new Set([...first.limits.map(([each]) => each), ...view.json.errors])) {
+      const wish = this.limits.get(Wishes.role(view, name));
+      const largest = wish === undefined ? first.limits.find(([each]) => each === name)?.[1] : wish;
+      if (largest !== undefined && largest !== null) limits.push([name, largest]);
+    }
+    return { system: view.system, limits, realtime: this.rate === undefined ? first.realtime : this.rate };
+  }
 }
 
 let asked: (question: Question) => void = () => undefined;
@@ -49,8 +89,11 @@ export function picker(report: Report, palette: Palette): HTMLElement {
   const rate = el("input", { type: "number", min: 0, step: "any", id: "pick-realtime", placeholder: "any", inputmode: "decimal" });
   const found = el("div", { class: "pick-answer", "aria-live": "polite" });
 
-  const change = (next: Question, redraw: boolean) => {
+  const wishes = new Wishes();
+  wishes.learn(viewOf(question.system), question);
+  const change = (next: Question, redraw: boolean, learn = true) => {
     question = state.question = next;
+    if (learn) wishes.learn(viewOf(next.system), next);
     state.kept();
     if (redraw) form();
     draw();
@@ -90,7 +133,7 @@ export function picker(report: Report, palette: Palette): HTMLElement {
     const name = limitable(view).find((each) => !question.limits.some(([used]) => used === each));
     if (name) change({ ...question, limits: [...question.limits, [name, middle(view, name)]] }, true);
   });
-  system.addEventListener("change", () => change(firstQuestion(viewOf(system.value)), true));
+  system.addEventListener("change", () => change(wishes.of(viewOf(system.value)), true, false));
   rate.addEventListener("input", () => change({ ...question, realtime: Number(rate.value) > 0 ? Number(rate.value) : null }, false));
   const open = (one: Pick) => {
     state.setShown([one.point.contender], true);
@@ -98,6 +141,8 @@ export function picker(report: Report, palette: Palette): HTMLElement {
   };
   // As the reader typed it: "1mm".
   const typed = ([name, largest]: [string, number]): Asked => {
+    const view = viewOf(question.system);
+    if (isUsual(view, name, largest)) return { name, largest, text: limitText(view, name, largest), usual: true };
     const { number, scale, units } = inUnits(report, name, largest);
     return { name, largest, text: `${number}${units.find((unit) => unit.scale === scale)?.text ?? ""}` };
   };
@@ -111,7 +156,8 @@ export function picker(report: Report, palette: Palette): HTMLElement {
       found.append(el("p", { class: "quiet" }, "Each limit needs a positive number."));
       return;
     }
-    const words = new Words(viewOf(question.system), { asked: question.limits.map(typed), realtime: question.realtime });
+    const limits: Limits = { asked: question.limits.map(typed), realtime: question.realtime };
+    const words = new Words(viewOf(question.system), limits);
     const { passing } = words.found;
     const [best] = passing;
     const [answer, each] = words.parts();
@@ -124,10 +170,17 @@ export function picker(report: Report, palette: Palette): HTMLElement {
         el("details", {}, el("summary", {}, `${each.heading} (${passing.length})`), ...each.lines.map(({ text }) => el("p", { class: "quiet" }, text)), scrollFrame(each.heading, "", contenders(words, each.columns, passing))),
       );
     } else {
-      found.append(el("p", { class: "pick-none" }, words.none()));
+      found.append(el("p", { class: "pick-none" }, ...words.nonePieces().map(({ text, relax }) => (relax ? relaxer(relaxedLimits(limits, relax), text) : text))));
     }
+    const grounds = words.grounds();
+    if (grounds.length > 0) found.append(el("details", { class: "pick-grounds" }, el("summary", {}, words.say("grounds")), ...grounds.map((text) => el("p", { class: "quiet" }, text))));
     const left = words.leftOut();
     if (left.length > 0) found.append(excluded(words.say("left_out"), left));
+  };
+  // Asks with these limits.
+  const relaxer = (limits: Limits, text: string) => {
+    const click = () => change({ ...question, limits: limits.asked.map(({ name, largest }) => [name, largest]), realtime: limits.realtime }, true);
+    return el("button", { type: "button", class: "link pick-relax", click }, text);
   };
   const contenders = (words: Words, titles: string[], passing: Pick[]) => {
     const keys: ((one: Pick) => number | string | null)[] = [(one) => one.point.contender, (one) => one.point.timestep_ms, (one) => one.speed.value];
@@ -151,6 +204,7 @@ export function picker(report: Report, palette: Palette): HTMLElement {
   onRestored(() => {
     if (!state.question || !views.some((view) => view.system === state.question?.system)) return;
     question = state.question;
+    wishes.learn(viewOf(question.system), question);
     form();
     draw();
   });

@@ -86,7 +86,7 @@ Verdict Knowledge::verdict(const PointAt& point, const Limits& limits) const {
         for (const auto& [name, largest] : limits.largest) {
           const Value* value = find_value(stored->second, name);
           if (value == nullptr || !value->value) continue;
-          if (*value->value > largest) return Verdict::kOut;
+          if (exceeds(*value->value, largest)) return Verdict::kOut;
           if (step == point.step) seen[name] = true;
         }
       }
@@ -180,6 +180,31 @@ double Knowledge::expected_error(const PointAt& point) const {
     expected = std::max(expected, last * std::pow(timesteps_ms_[point.step] / last_ms, slope));
   }
   return expected;
+}
+
+std::optional<double> Knowledge::error_excess(const PointAt& point, const Limits& limits) const {
+  std::optional<double> most;
+  for (size_t step = 0; step <= point.step; ++step) {
+    const auto found = points_.find({point.contender, step});
+    if (found == points_.end()) continue;
+    for (const CellGroup group : kGroups) {
+      for (const PlannedCell* cell : found->second[static_cast<size_t>(group)].cells) {
+        const auto stored = stored_.find(cell->key);
+        if (!counts(*cell) || stored == stored_.end()) continue;
+        if (stored->second.outcome != Outcome::kOk) return std::nullopt;
+        for (const auto& [name, largest] : limits.largest) {
+          const Value* value = find_value(stored->second, name);
+          if (value == nullptr || !value->value) continue;
+          if (usual_option(name).empty()) {
+            most = std::max(most.value_or(0), exceeds(*value->value, largest) ? *value->value / largest : 0);
+          } else if (exceeds(*value->value, largest)) {
+            return std::nullopt;
+          }
+        }
+      }
+    }
+  }
+  return most;
 }
 
 double Knowledge::cost_s(const std::vector<const PlannedCell*>& cells) const {

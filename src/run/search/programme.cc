@@ -326,7 +326,8 @@ Programme programme_for(const Model& model, const ProgrammeOptions& options, con
     toml += policy_text(model, *policy, options, programme);
     return programme;
   }
-  toml += "timesteps_ms = [\"1/4\", \"1/2\", 1, 2, 4, 8, 16]\nreference_ms = \"1/16\"\n";
+  toml += "# A search tries the first and the last only where the others leave its answer at an edge.\n";
+  toml += "timesteps_ms = [\"1/8\", \"1/4\", \"1/2\", 1, 2, 4, 8, 16, 32]\nreference_ms = \"1/16\"\n";
   toml += "time_limit_s = 60\n";
   toml += "\n[timing]\nrounds = 6\nprocesses = 6\nbatch_ms = 20\nwindows = 16\nwarmup = 3\n";
   toml += fmt::format("\n# Without this table all cells are measured.\n[search]\nminutes = {}\n",

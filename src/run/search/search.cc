@@ -24,6 +24,8 @@ namespace {
 constexpr double kSpeedDoubt = 1.25;
 // A point whose expected error exceeds its limit by this factor is not tried.
 constexpr double kErrorDoubt = 4;
+// The timesteps that are tried first, ms. What the campaign has beyond them is tried where an answer lies at their edge.
+constexpr double kUsualSmallest = 0.25, kUsualLargest = 16;
 // Of the conformance suite, before a contender's first cells that count.
 constexpr double kSuiteSeconds = 2;
 // Contenders of the first look.
@@ -61,6 +63,13 @@ class Search {
       std::ranges::stable_sort(*list, {}, [&](int c) { return turn[c]; });
     }
     if (waiting_.empty()) waiting_.swap(late_);
+    const std::vector<double>& steps = known_.timesteps_ms();
+    const auto below = [&](double most) {
+      return static_cast<size_t>(std::ranges::count_if(steps, [&](double step) { return step < most; }));
+    };
+    begin_ = below(kUsualSmallest * 0.999), end_ = below(kUsualLargest * 1.001);
+    if (begin_ >= end_) begin_ = 0, end_ = steps.size();
+    smallest_ = begin_;
   }
 
   SearchSummary run() {
@@ -93,6 +102,7 @@ class Search {
         look_at_more();
         continue;
       }
+      if (go_beyond()) continue;
       if (late_.empty()) {
         summary_.ended_early = next.empty();
         break;
@@ -177,8 +187,9 @@ class Search {
   // The place of the timestep nearest to 1 ms.
   size_t usual_step() const {
     const std::vector<double>& steps = known_.timesteps_ms();
+    if (steps.empty()) return 0;
     const auto nearest = std::ranges::min_element(steps, {}, [](double step) { return std::abs(std::log(step)); });
-    return static_cast<size_t>(nearest - steps.begin());
+    return std::clamp(static_cast<size_t>(nearest - steps.begin()), begin_, end_ - 1);
   }
 
   // A first look at the next contenders in the order of what is expected of them. The first few have to give an answer
@@ -222,8 +233,9 @@ class Search {
     for (const auto& [value, largest] : goal.largest) {
       if (value == kTruthError) limit = largest;
     }
-    for (size_t i = end; i-- > 0;) {
+    for (size_t i = end; i-- > smallest_;) {
       const PointAt point{c, i};
+      if (i < begin_ && !may_do_below(point, goal)) break;
       const Verdict verdict = known_.verdict(point, goal);
       if (verdict == Verdict::kOut) continue;
       if (verdict == Verdict::kFeasible) return std::nullopt;
@@ -235,7 +247,43 @@ class Search {
   }
 
   std::optional<PointAt> next_point(int c, const Limits& goal) const {
-    return next_point(c, goal, known_.timesteps_ms().size(), kErrorDoubt);
+    return next_point(c, goal, end_, kErrorDoubt);
+  }
+
+  // Whether the next larger timestep misses the limits by an error of the motion alone, which this one can make good.
+  bool may_do_below(const PointAt& point, const Limits& goal) const {
+    const PointAt above{point.contender, point.step + 1};
+    const auto excess = known_.error_excess(above, goal);
+    if (!excess) return false;
+    const ResolvedContender& own = campaign_.contenders[static_cast<size_t>(point.contender)].resolved;
+    const double order = own.engine->capabilities(own.settings).order;
+    const double smaller = known_.timesteps_ms()[point.step] / known_.timesteps_ms()[above.step];
+    if (*excess * std::pow(smaller, order) > kErrorDoubt) return false;
+    return !goal.realtime || known_.speed(above).value_or(HUGE_VAL) * smaller * kSpeedDoubt >= *goal.realtime;
+  }
+
+  // Where the campaign has timesteps beyond those that were tried: a larger one when a point at the largest within the
+  // limits may do better there than the best, a smaller one when no point is within them.
+  bool go_beyond() {
+    const std::vector<double>& steps = known_.timesteps_ms();
+    bool larger = false, smaller = false;
+    if (steps.empty()) return false;
+    for (const Limits& goal : options_.goals) {
+      const double fastest = best(goal);
+      for (const int c : contenders_) {
+        const PointAt last{c, end_ - 1};
+        larger = larger || (end_ < steps.size() && known_.verdict(last, goal) == Verdict::kFeasible &&
+                            known_.speed(last).value_or(HUGE_VAL) * steps[end_] / steps[end_ - 1] > fastest);
+        smaller = smaller || (smallest_ > 0 && fastest == 0 && may_do_below({c, smallest_ - 1}, goal));
+      }
+    }
+    if (larger) tell(fmt::format("an answer may lie at a larger timestep: {} ms", timestep_label(steps[end_])));
+    if (smaller) {
+      tell(fmt::format("an answer may lie at a smaller timestep: {} ms", timestep_label(steps[smallest_ - 1])));
+    }
+    end_ += larger ? 1 : 0;
+    smallest_ -= smaller ? 1 : 0;
+    return larger || smaller;
   }
 
   // The realtime factor of the fastest point that is within the limits; 0 when there is none yet.
@@ -247,7 +295,7 @@ class Search {
   std::vector<PointAt> feasible(const Limits& goal) const {
     std::vector<PointAt> points;
     for (const int c : contenders_) {
-      for (size_t i = known_.timesteps_ms().size(); i-- > 0;) {
+      for (size_t i = end_; i-- > smallest_;) {
         if (known_.verdict({c, i}, goal) != Verdict::kFeasible) continue;
         points.push_back({c, i});
         break;
@@ -328,8 +376,8 @@ class Search {
       const double fastest = best(goal);
       for (const PointAt& point : feasible(goal)) {
         if (known_.speed(point).value_or(0) < kNearly * fastest) continue;
-        const size_t last = std::min(point.step + 1, known_.timesteps_ms().size() - 1);
-        for (size_t i = last + 1; i-- > 0;) {
+        const size_t last = std::min(point.step + 1, end_ - 1);
+        for (size_t i = last + 1; i-- > begin_;) {
           if (i == point.step) continue;
           if (i > point.step && known_.verdict({point.contender, i}, goal) == Verdict::kOut) continue;
           for (const CellGroup group : {CellGroup::kRuns, CellGroup::kPieces}) {
@@ -367,6 +415,8 @@ class Search {
   const SearchOptions& options_;
   Plan plan_;
   Knowledge known_;
+  size_t begin_ = 0, end_ = 0;   // places of the usual timesteps; `end_` grows where an answer lies there
+  size_t smallest_ = 0;          // that is tried: at most `begin_`
   std::string last_told_;        // of first_answer()
   std::vector<int> contenders_;  // that had their first look
   std::vector<int> waiting_;     // for theirs, the likeliest to win first

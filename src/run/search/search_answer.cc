@@ -35,6 +35,14 @@ GoalAnswer answer_to(const LimitOptions& goal, const SystemAnswers& answers) {
     if (measured) partial.mains.push_back(main);
     if (!measured) missing.push_back(value_info(main).brief);
   }
+  for (const UsualLimit& usual : answers.usual) {
+    if ((usual.option == "slip" ? goal.slip : goal.penetration) == kAnyQuantity) continue;
+    if (std::ranges::find(answers.errors, usual.value) != answers.errors.end()) {
+      partial.usual.push_back(usual);
+    } else {
+      missing.push_back(value_info(usual.value).brief);
+    }
+  }
   if (!missing.empty()) {
     own.why = answers.points.empty() ? "nothing was measured"
                                      : fmt::format("no contender's {} was measured", join(missing, " and "));
@@ -42,6 +50,7 @@ GoalAnswer answer_to(const LimitOptions& goal, const SystemAnswers& answers) {
     partial.values = answers.values;
     partial.errors = answers.errors;
     partial.points = answers.points;
+    partial.start_overlap = answers.start_overlap;
     try {
       own.question = question_of(goal, partial);
       own.why += ": " + nearest_text(partial, own.question, {});
@@ -69,6 +78,7 @@ GoalAnswer answer_to(const LimitOptions& goal, const SystemAnswers& answers) {
 void add_goals(const std::vector<LimitOptions>& goals, const std::vector<GoalAnswer>& found,
                const SystemAnswers& answers, Answer& answer) {
   std::vector<std::vector<std::string>> rows;
+  std::vector<Edge> edges;
   for (size_t i = 0; i < goals.size(); ++i) {
     const std::string error = goals[i].error.value_or("");
     if (!found[i].found) {
@@ -77,10 +87,23 @@ void add_goals(const std::vector<LimitOptions>& goals, const std::vector<GoalAns
     }
     const Candidate& best = answers.candidates[found[i].found->contenders.front()];
     const Point& point = answers.at(best);
-    rows.push_back({error, point.contender, timestep_label(point.timestep_ms) + " ms",
+    edges.push_back(edge_of(answers, best, found[i].question.limits));
+    rows.push_back({error, point.contender, timestep_label(point.timestep_ms) + " ms" + edge_mark(edges.back()),
                     realtime_text(best.speed.factor.value), places_text(answers, found[i].found->alike)});
   }
   answer.part("The fastest for an error");
+  const auto own = std::ranges::find_if(found, [](const GoalAnswer& each) { return !each.question.asked.empty(); });
+  if (own != found.end()) {
+    std::vector<std::string> others;  // limits that all of them share
+    for (const Asked& asked : own->question.asked) {
+      if (!usual_option(asked.value.name).empty()) others.push_back(limit_of(asked));
+    }
+    if (!others.empty()) answer.line("each with " + join(others, ", "));
+  }
+  for (const std::string& line : mark_lines(edges)) answer.line(line);
+  for (size_t i = 0; i < goals.size(); ++i) {
+    if (!found[i].found && i != kShownGoal) answer.remark(goals[i].error.value_or(""), found[i].why);
+  }
   answer.table({"error", "contender", "timestep", "real time", "not told apart"}, std::move(rows), {2, 3});
 }
 
@@ -182,7 +205,12 @@ SearchAnswer answer_of_search(const Store& store, const Campaign& campaign, cons
                               const SearchSummary& done) {
   const Results results(store);
   SystemAnswers answers = answers_together(results, results.systems(), campaign.name);
-  answers.mains = errors_of(campaign);  // also those that no contender has yet
+  answers.mains = errors_of(campaign);  // also those that no contender has yet, as of contacts
+  for (const UsualLimit& usual : usual_limits(campaign)) {
+    if (std::ranges::find(answers.usual, usual.option, &UsualLimit::option) == answers.usual.end()) {
+      answers.usual.push_back(usual);
+    }
+  }
   std::vector<GoalAnswer> found;
   found.reserve(goals.size());
   for (const LimitOptions& goal : goals) found.push_back(answer_to(goal, answers));
@@ -200,6 +228,7 @@ SearchAnswer answer_of_search(const Store& store, const Campaign& campaign, cons
   }
   if (goals.size() > 1) add_goals(goals, found, answers, made.answer);
   add_certainty(done, made.answer);
+  add_grounds(answers, shown.question, made.answer);
   if (best != nullptr) add_approximated(campaign, *best, made.answer);
   add_failures(answers, shown, done, made.answer);
   return made;

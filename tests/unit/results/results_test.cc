@@ -408,8 +408,8 @@ TEST_F(RecommendTest, TheReportSaysTheSame) {
   EXPECT_EQ(answer["id"], "fastest-1mm");
   EXPECT_EQ(answer["contender"], "fast");
   EXPECT_EQ(answer["timestep_ms"], 1);
-  EXPECT_EQ(answer["figures"], "20.0× real time, error at the end 1.00 mm (smallest timestep tried)");
-  EXPECT_EQ(answer["text"], "fast at 1 ms: 20.0× real time, error at the end 1.00 mm (smallest timestep tried)");
+  EXPECT_EQ(answer["figures"], "20.0× real time, error at the end 1.00 mm (the smallest timestep tried)");
+  EXPECT_EQ(answer["text"], "fast at 1 ms: 20.0× real time, error at the end 1.00 mm (the smallest timestep tried)");
   EXPECT_THAT(catalogue_data(results).dump(), HasSubstr("truth_error"));
 }
 
