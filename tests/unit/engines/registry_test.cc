@@ -123,8 +123,8 @@ TEST(Registry, FamiliesAreInTheOrderOfTables) {
     const std::string name = engine->name(), family = name.substr(0, name.find_first_of("-@"));
     if (families.empty() || families.back() != family) families.push_back(family);
   }
-  std::vector<std::string> known = {"null",  "mujoco", "bullet",  "ode",  "physx", "physx56",
-                                    "havok", "dart",   "simbody", "jolt", "rapier"};
+  std::vector<std::string> known = {"null",  "mujoco", "bullet",  "ode",  "physx",  "physx56",
+                                    "havok", "dart",   "simbody", "jolt", "rapier", "box3d"};
   std::erase_if(known,
                 [&](const std::string& family) { return std::ranges::find(families, family) == families.end(); });
   ASSERT_LE(known.size(), families.size());
