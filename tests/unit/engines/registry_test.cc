@@ -71,7 +71,8 @@ TEST(SettingText, ReadsBack) {
   EXPECT_EQ(parse_setting(setting, setting_text(1.0 / 3)), SettingValue(1.0 / 3));
 }
 
-// Puts files that are no plugins into the search path before anything is loaded. The second is for python_engine_test.cc.
+// Puts files that are no plugins into the search path before anything is loaded. The second is for
+// python_engine_test.cc.
 class BrokenPlugin : public testing::Environment {
  public:
   void SetUp() override {
