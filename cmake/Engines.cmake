@@ -23,7 +23,7 @@ function(assay_about variable folder key)
   set(file "${PROJECT_SOURCE_DIR}/src/engines/${folder}/about.toml")
   if(EXISTS "${file}")
     file(STRINGS "${file}" line REGEX "^${key} = ")
-    if(line MATCHES "^${key} = \"?([a-z0-9]+)")
+    if(line MATCHES "^${key} = \"?([a-z0-9.]+)")
       set(${variable} "${CMAKE_MATCH_1}" PARENT_SCOPE)
     endif()
   endif()
@@ -53,19 +53,25 @@ function(assay_engine_facts name version folder)
   set_property(DIRECTORY "${PROJECT_SOURCE_DIR}" APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${folder}/build.txt")
 endfunction()
 
-# Sets `variable` to the folder of what the recipe of engine `name` makes in the build ${build}; setup/common.sh decides on
-# it.
-function(assay_engine_folder variable name)
-  file(GLOB files CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/src/engines/${name}/recipe/*")
-  set_property(DIRECTORY "${PROJECT_SOURCE_DIR}" APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${files}")
+# Sets `variable` to what a function of setup/common.sh says of its arguments.
+function(assay_run_common variable)
   set(compiler "${CMAKE_CXX_COMPILER} ${CMAKE_CXX_COMPILER_ARG1}")
   if(ASSAY_FUZZ)
     set(compiler "c++")  # another compiler than set-up's is for assay's own code
   endif()
   execute_process(
     COMMAND ${CMAKE_COMMAND} -E env "ASSAY_CACHE=${ASSAY_CACHE}" "CXX=${compiler}"
-      bash -c "root=$1; source \"$1/setup/common.sh\" && engine_folder \"$2\" \"$3\"" - "${PROJECT_SOURCE_DIR}" ${name} ${build}
-    OUTPUT_VARIABLE folder OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+      bash -c "root=$1; source \"$1/setup/common.sh\" && \"\${@:2}\"" - "${PROJECT_SOURCE_DIR}" ${ARGN}
+    OUTPUT_VARIABLE said OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+  set(${variable} "${said}" PARENT_SCOPE)
+endfunction()
+
+# Sets `variable` to the folder of what the recipe of engine `name` makes in the build ${build}; setup/common.sh decides on
+# it.
+function(assay_engine_folder variable name)
+  file(GLOB files CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/src/engines/${name}/recipe/*")
+  set_property(DIRECTORY "${PROJECT_SOURCE_DIR}" APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${files}")
+  assay_run_common(folder engine_folder ${name} ${build})
   set(${variable} "${folder}" PARENT_SCOPE)
 endfunction()
 

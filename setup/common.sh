@@ -5,6 +5,7 @@
 #     engines/<name>-<key>   what the recipe of src/engines/<name> made; the key covers recipe, flags and compiler.
 #     engines/<name>-<build>-<key>  the same in another build (setup/builds.txt)
 #     python/<name>-<key>    virtual environments, by their pins: of tools, and of engines whose adapters are in Python
+#     declarations/<key>.json what adapters in Python declare; the program keeps them itself
 #     downloads/<key>        what was fetched, by its pins
 #     libraries/<name>-<version> libraries that the program loads on request
 #     node/<name>-<version>  Node.js, where the system has none
@@ -70,15 +71,29 @@ engine_folder() {
   echo "${cache}/engines/$1-${build:+${build}-}${key:0:12}"
 }
 
-# python_folder NAME REQUIREMENTS [INTERPRETER]
+# python_folder NAME REQUIREMENTS [INTERPRETER]. An environment links to its interpreter, so one of set-up's own is part of the key.
 python_folder() {
   local key
-  key="$({ cat "${root}/setup/pip/bootstrap.txt" "$2" && "${3:-python3}" -V; } 2>/dev/null | sha256sum)"
+  key="$({
+    cat "${root}/setup/pip/bootstrap.txt" "$2" && "${3:-python3}" -V
+    [[ ${3:-} != "${cache}"/* ]] || echo "${3#"${cache}/"}"
+  } 2>/dev/null | sha256sum)"
   echo "${cache}/python/$1-${key:0:12}"
 }
-# The interpreter whose library the host of adapters in Python is built against; setup makes their environments with it.
+# engine_python [NAME]: the interpreter that the adapter of engine NAME runs in, or an adapter that names none; setup makes
+# their environments with it. python_recipe NAME: the engine-like folder whose recipe builds it; empty for the distribution's.
+python_recipe() {
+  local version
+  version="$(about_engine "$1" python "")"
+  echo "${version:+cpython${version/./}}"
+}
 engine_python() {
-  local prefix
+  local prefix recipe
+  recipe="$(python_recipe "${1:-}")"
+  if [[ -n ${recipe} ]]; then
+    echo "$(engine_folder "${recipe}")/bin/python$(about_engine "$1" python "")"
+    return
+  fi
   prefix="$(pkg-config --variable=exec_prefix python-3.11-embed 2>/dev/null)" || prefix=/usr
   echo "${prefix}/bin/python3.11"
 }
@@ -89,7 +104,7 @@ recipe_minutes() { about_engine "$1" minutes 1; }
 recipe_when() { about_engine "$1" set_up core; }
 about_engine() {
   local file="${root}/src/engines/$1/about.toml" value=""
-  [[ ! -f ${file} ]] || value="$(sed -n "s/^$2 = \"\{0,1\}\([a-z0-9]*\).*/\1/p" "${file}")"
+  [[ ! -f ${file} ]] || value="$(sed -n "s/^$2 = \"\{0,1\}\([a-z0-9.]*\).*/\1/p" "${file}")"
   echo "${value:-$3}"
 }
 # recipes_of WHEN...: the engines with a recipe that runs then.
@@ -127,7 +142,7 @@ find_engines_on_request() {
   done
 }
 # environment_folder NAME: the virtual environment of an engine whose adapter is in Python.
-environment_folder() { python_folder "$1" "${root}/src/engines/$1/requirements.txt" "$(engine_python)"; }
+environment_folder() { python_folder "$1" "${root}/src/engines/$1/requirements.txt" "$(engine_python "$1")"; }
 package_environment_folder() { python_folder package "${root}/setup/pip/package.txt" "$(engine_python)"; }
 test_environment_folder() { python_folder python-host "${root}/setup/pip/python_host.txt" "$(engine_python)"; }
 # Node.js bundles the report's page, npm fetches its libraries: the system's, or else those of setup/pip/node.txt.

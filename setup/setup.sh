@@ -89,7 +89,8 @@ start_progress() {
 note_progress() { echo "$1 ${SECONDS}" >>"${progress_done}"; }
 end_progress() {
   [[ -n ${progress:-} ]] || return 0
-  kill "${progress}" 2>/dev/null || true
+  # not SIGTERM: a subshell that has just begun would run the trap of this shell
+  kill -KILL "${progress}" 2>/dev/null || true
   rm -f "${progress_done}"
   progress=""
 }
@@ -228,12 +229,26 @@ fill_venv() {
   say "making the Python environment ${folder}"
   logged "${interpreter}" -m venv "${part}"
   for list in "${root}/setup/pip/bootstrap.txt" "${requirements}"; do
-    logged "${part}/bin/python" -m pip install --disable-pip-version-check --require-hashes --no-deps \
-      --only-binary :all: -r "${list}"
+    install_wheels "${part}/bin/python" "${list}"
   done
   # The programs of the packages name their interpreter by its path.
   find "${part}/bin" -type f -exec sed -i "1s|^#!${part}/|#!${folder}/|" {} +
   mv "${part}" "${folder}"
+}
+
+# install_wheels PYTHON REQUIREMENTS. A wheel for another version is no fault of the network or of pip.
+install_wheels() {
+  local begin package version
+  begin="$(wc -l <"${log}")"
+  echo "+ pip install -r $2" >>"${log}"
+  "$1" -m pip install --disable-pip-version-check --require-hashes --no-deps --only-binary :all: -r "$2" >>"${log}" 2>&1 </dev/null &&
+    return
+  package="$(tail -n "+${begin}" "${log}" | sed -n 's/^ERROR: No matching distribution found for \([^ ]*\).*/\1/p' | head -n 1)"
+  version="$("$1" -c 'import sys; print("%d.%d" % sys.version_info[:2])')"
+  [[ -z ${package} ]] ||
+    die "${package} of ${2#"${root}/"} has no binary for Python ${version}: pin one that has, or name another Python in about.toml beside it (pip's words: ${log})"
+  tail -n 25 "${log}"
+  die "pip could not install ${2#"${root}/"} (its whole output: ${log})"
 }
 
 # fetch_once PINS COMMAND...: runs COMMAND in a scratch folder that becomes ${fetched}, once for what PINS (a file) says.
@@ -414,12 +429,12 @@ set_up_test_environment() {
 # ---- engines whose adapters are in Python -----------------------------------------------------------------------------
 
 # What their wheels and assay's host need is looked at before anything is downloaded.
-set_up_python_engines() {
-  local name python glibc needed
-  python="$(engine_python)"
-  if ! pkg-config --exists python-3.11-embed || [[ ! -x ${python} ]]; then
+check_python_engines() {
+  local name glibc needed usual=()
+  for name in "${python_engines[@]}"; do [[ -n $(python_recipe "${name}") ]] || usual+=("${name}"); done
+  if [[ ${#usual[@]} -gt 0 ]] && { ! pkg-config --exists python-3.11-embed || [[ ! -x $(engine_python) ]]; }; then
     say "engines from Python packages need CPython 3.11 as a library, which is not there ($(python3 -V 2>&1) is of no use)"
-    die "install libpython3.11-dev and python3.11-venv, or do without: ${python_engines[*]}"
+    die "install libpython3.11-dev and python3.11-venv, or do without: ${usual[*]}"
   fi
   glibc="$(getconf GNU_LIBC_VERSION 2>/dev/null)" glibc="${glibc#glibc }"
   for name in "${python_engines[@]}"; do
@@ -428,8 +443,12 @@ set_up_python_engines() {
       die "the packages of ${name} are for x86-64 Linux with glibc ${needed} or newer, and this is $(uname -sm), glibc ${glibc:-none}"
     fi
   done
+}
+# Their interpreters are there.
+set_up_python_engines() {
+  local name
   for name in "${python_engines[@]}"; do
-    make_venv "$(environment_folder "${name}")" "${root}/src/engines/${name}/requirements.txt" "${python}"
+    make_venv "$(environment_folder "${name}")" "${root}/src/engines/${name}/requirements.txt" "$(engine_python "${name}")"
   done
 }
 
@@ -574,6 +593,7 @@ list_engines() {
 
 prune_cache() {
   local piece
+  find "${cache}/declarations" -type f -mtime +90 -delete 2>/dev/null || true
   while IFS= read -r piece; do
     (
       # Somebody makes it just now.
@@ -590,17 +610,25 @@ if [[ -n ${prune} ]]; then
   exit
 fi
 if [[ $((${#python_engines[@]} + ${#built_engines[@]})) -gt 0 ]]; then
-  host=()
-  [[ ${#python_engines[@]} -eq 0 ]] || host=(python-host)
-  install_packages "${built_engines[@]}" "${host[@]}"
-  [[ ${#built_engines[@]} -eq 0 ]] || check_compiler
+  hosts=() pieces=() wanted=1
+  for name in "${python_engines[@]}"; do
+    host="$(python_recipe "${name}")"
+    [[ " ${hosts[*]} " == *" ${host:-python-host} "* ]] || hosts+=("${host:-python-host}")
+  done
+  install_packages "${built_engines[@]}" "${hosts[@]}"
+  [[ ${#python_engines[@]} -eq 0 ]] || check_python_engines
+  for host in "${hosts[@]}"; do [[ ${host} == python-host ]] || pieces+=("set_up_engine ${host}"); done
+  [[ $((${#built_engines[@]} + ${#pieces[@]})) -eq 0 ]] || check_compiler
+  # those first that environments are made with
+  [[ ${#pieces[@]} -eq 0 ]] || set_up_pieces
   [[ ${#python_engines[@]} -eq 0 ]] || set_up_python_engines
-  pieces=() wanted=1
+  pieces=()
   for name in "${built_engines[@]}"; do pieces+=("set_up_engine ${name}"); done
   set_up_pieces
   # what ./assay runs was built without them
   rm -f "${root}/build/product/stamp"
-  say "ready: ${python_engines[*]}${python_engines[*]:+ }${built_engines[*]}"
+  ready=("${python_engines[@]}" "${built_engines[@]}")
+  say "ready: ${ready[*]}"
   exit
 fi
 if [[ -n ${package} ]]; then

@@ -135,7 +135,7 @@ def engines_table(run):
         row[3].append(f"`{contender}`")
     def released(engine, version):
         known = RELEASES[engine.removesuffix("-f64").removesuffix("-f32")]
-        return known["released"] if known["version"] == version else "unknown"
+        return {known["version"]: known["released"], **known.get("earlier", {})}.get(version, "unknown")
     return table(["engine", "version", "released", "precision", "coordinates", "contenders here"],
                  [[engine, version, released(engine, version), ", ".join(sorted(precision)), ", ".join(sorted(coordinates)), ", ".join(contenders)]
                   for engine, (version, precision, coordinates, contenders) in rows.items()])

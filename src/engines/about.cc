@@ -19,9 +19,9 @@ constexpr std::array kFiles = {
 #include "about.inc"
 };
 
-// The last four are read by set-up, CMake and what makes the Python package.
-constexpr std::array<std::string_view, 7> kKeys = {"order",   "look",  "joint_look", "set_up",
-                                                   "minutes", "wheel", "license"};
+// The last five are read by set-up, CMake and what makes the Python package.
+constexpr std::array<std::string_view, 8> kKeys = {"order",   "look",  "joint_look", "set_up",
+                                                   "minutes", "wheel", "license",    "python"};
 
 std::optional<FamilyLook> look_of(const toml::table& table, std::string_view key) {
   const toml::table* look = table[key].as_table();

@@ -18,6 +18,7 @@
 #include <fmt/format.h>
 
 #include "engines/engine.h"
+#include "engines/springs.h"
 #include "model/joint_rows.h"
 #include "model/kinematics.h"
 #include "model/massless.h"
@@ -422,12 +423,6 @@ inline std::optional<Limitation> wide_range(const Joint& hinge, const char* engi
           "{} knows an angle within one turn: a spring and a damper, as stiff as the timestep h stands, give way "
           "by 5 h^2 times the acceleration that they hold back",
           engine)};
-}
-
-// Joint springs and dampers in the fairness table: the engine's own, or explicit torques of the adapter.
-inline void describe_springs(Capabilities& capabilities, bool native, const std::string& native_note) {
-  capabilities.springs = native ? SpringKind::kNative : SpringKind::kExplicit;
-  capabilities.spring_note = native ? native_note : "torque from the state at the step's start, held for the step";
 }
 
 }  // namespace assay

@@ -44,12 +44,12 @@ std::optional<std::map<std::string, std::string>> tried_before() {
   return refused;
 }
 
-// How the child tells what it has come to: a byte before each plugin and one after it. At the end its guard says how it
-// ended.
+// How the child tells what it has come to: a byte before each plugin, and one after it with what it told and the end of
+// the line. At the end its guard says how it ended.
 constexpr char kBegins = 'b', kEnds = 'e', kThrows = 't', kStatus = 's', kTimeIsUp = 'u';
 
-void try_all(const std::vector<std::string>& plugins, size_t first, const std::function<void(const std::string&)>& use,
-             int to) {
+void try_all(const std::vector<std::string>& plugins, size_t first,
+             const std::function<std::string(const std::string&)>& use, int to) {
   ::prctl(PR_SET_CHILD_SUBREAPER, 1);
   write_no_core_file();
   WorkerLimits{.memory_bytes = kMostBytes, .file_bytes = 0}.apply();
@@ -58,9 +58,11 @@ void try_all(const std::vector<std::string>& plugins, size_t first, const std::f
   enter_sandbox({.read_everything = true});
   for (size_t i = first; i < plugins.size(); ++i) {
     write_all(to, &kBegins, 1);
-    std::string thrown;
+    std::string told, thrown;
     try {
-      use(plugins[i]);
+      told = use(plugins[i]);
+    } catch (const RefusedPlugin& refused) {
+      thrown = refused.what();
     } catch (const std::exception& error) {
       thrown = fmt::format("throws where it must not: {}", error.what());
     } catch (...) {
@@ -74,7 +76,7 @@ void try_all(const std::vector<std::string>& plugins, size_t first, const std::f
       thrown = "leaves a process behind when it is loaded: let it start that in create()";
     }
     if (thrown.empty()) {
-      write_all(to, &kEnds, 1);
+      write_all(to, fmt::format("{}{}\n", kEnds, told));
     } else {
       for (char& c : thrown) {
         if (c == '\n' || c == '\t') c = ' ';
@@ -87,7 +89,7 @@ void try_all(const std::vector<std::string>& plugins, size_t first, const std::f
 // Stands between the process that tries plugins and its parent: passes on what that one says, ends it when a plugin
 // takes too long, and everything that plugins have started. No plugin can hold the parent's pipe open.
 void guard_trial(const std::vector<std::string>& plugins, size_t first,
-                 const std::function<void(const std::string&)>& use, int to) {
+                 const std::function<std::string(const std::string&)>& use, int to) {
   ::prctl(PR_SET_CHILD_SUBREAPER, 1);
   Pipe ends = make_pipe();
   ::fcntl(ends.reading.get(), F_SETFL, O_NONBLOCK);
@@ -101,7 +103,7 @@ void guard_trial(const std::vector<std::string>& plugins, size_t first,
   int status = 0;
   bool over = false;
   TimeLimit limit(kMostSeconds, child);
-  constexpr size_t kMostSaid = size_t{1} << 20;
+  constexpr size_t kMostSaid = size_t{16} << 20;
   size_t count = 0;  // of bytes
   while (true) {
     // first whether it has ended: after that it says no more
@@ -142,10 +144,16 @@ std::string how_it_ended(int status, bool over) {
 
 void trust_plugins() { ::setenv(kTried, "", 1); }
 
-std::map<std::string, std::string> refused_plugins(const std::vector<std::string>& plugins,
-                                                   const std::function<void(const std::string&)>& use) {
-  if (auto before = tried_before()) return *std::move(before);
-  std::map<std::string, std::string> refused;
+PluginTrial try_plugins(const std::vector<std::string>& all, const std::vector<std::string>& unknown,
+                        const std::function<std::string(const std::string&)>& use) {
+  PluginTrial trial;
+  std::map<std::string, std::string>& refused = trial.refused;
+  std::vector<std::string> plugins = all;
+  if (auto before = tried_before()) {
+    refused = *std::move(before);
+    plugins = unknown;
+    std::erase_if(plugins, [&](const std::string& plugin) { return refused.contains(plugin); });
+  }
   int tries = 0;
   for (size_t next = 0; next < plugins.size();) {
     std::string said;
@@ -178,11 +186,18 @@ std::map<std::string, std::string> refused_plugins(const std::vector<std::string
       }
       within = said[at] == kBegins;
       if (within) continue;
-      if (said[at] == kThrows) {
-        const size_t end = std::min(said.find('\n', at), said.size());
-        refused[plugins.at(next)] = said.substr(at + 1, end - at - 1);
-        at = end;
+      const size_t end = said.find('\n', at);
+      if (end == std::string::npos) {  // it ended while it told
+        within = true;
+        break;
       }
+      const std::string text = said.substr(at + 1, end - at - 1);
+      if (said[at] == kThrows) {
+        refused[plugins.at(next)] = text;
+      } else if (!text.empty()) {
+        trial.told[plugins.at(next)] = text;
+      }
+      at = end;
       ++next;
     }
     if (next < plugins.size() && !over && ended_from_outside(status)) {
@@ -199,7 +214,7 @@ std::map<std::string, std::string> refused_plugins(const std::vector<std::string
   std::string text;
   for (const auto& [plugin, why] : refused) text += fmt::format("{}\t{}\n", plugin, why);
   ::setenv(kTried, text.c_str(), 1);
-  return refused;
+  return trial;
 }
 
 }  // namespace assay

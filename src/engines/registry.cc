@@ -19,7 +19,7 @@
 #include "engines/builds.h"
 #include "engines/engine_files.h"
 #include "engines/plugin_trial.h"
-#include "engines/python_host.h"
+#include "engines/python_engine.h"
 
 namespace assay {
 namespace {
@@ -27,10 +27,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kPluginPrefix = "assay-engine-";
-constexpr const char* kPythonHost = "assay-python-host.so";
-// The interpreter's library, in the environment, or beside the folder of the host.
-constexpr const char* kPythonLibraryVariable = "ASSAY_PYTHON_LIBRARY";
-constexpr const char* kPythonLibrary = "libpython3.11.so.1.0";
 
 // Engines that were there when assay was configured, and those that were not.
 struct KnownEngine {
@@ -63,52 +59,6 @@ bool is_plugin(const fs::path& path) {
   if (!path.stem().string().starts_with(kPluginPrefix)) return false;
   std::error_code error;
   return path.extension() == ".so" || path.extension() == ".py" || fs::exists(path / "engine.py", error);
-}
-
-std::string python_host_path() {
-  for (const std::string& folder : plugin_folders()) {
-    std::error_code error;
-    if (const fs::path path = fs::path(folder) / kPythonHost; fs::exists(path, error)) return path;
-  }
-  return "";
-}
-
-// The Python package builds the host without the interpreter's library: in the user's interpreter it uses that one, and
-// in a process of assay's own the library that is loaded here.
-void load_python_library(const fs::path& host) {
-  if (dlsym(RTLD_DEFAULT, "Py_IsInitialized") != nullptr) return;
-  const char* given = std::getenv(kPythonLibraryVariable);
-  const std::string file = given != nullptr && *given != '\0'
-                               ? std::string(given)
-                               : (host.parent_path() / ".." / kPythonLibrary).lexically_normal().string();
-  std::error_code error;
-  if (!fs::exists(file, error)) return;  // the host was linked with its own
-  if (dlopen(file.c_str(), RTLD_NOW | RTLD_GLOBAL) == nullptr) {
-    throw std::runtime_error(fmt::format("is in Python, and its library '{}' cannot be loaded: {}", file, dlerror()));
-  }
-}
-
-// Makes engines of adapters in Python. Throws std::runtime_error.
-const PythonHost& python_host() {
-  static const PythonHost host = [] {
-    const std::string path = python_host_path();
-    if (path.empty()) {
-      throw std::runtime_error(fmt::format(
-          "is in Python, and '{}' was not built: install libpython3.11-dev and run ./assay again", kPythonHost));
-    }
-    load_python_library(path);
-    void* library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (library == nullptr)
-      throw std::runtime_error(fmt::format("is in Python, and '{}' cannot be loaded: {}", path, dlerror()));
-    const auto entry = reinterpret_cast<PythonHost (*)()>(dlsym(library, "assay_python_host"));
-    const PythonHost found = entry == nullptr ? PythonHost{0, nullptr, nullptr} : entry();
-    if (found.version != kPluginVersion) {
-      throw std::runtime_error(fmt::format("is in Python, and '{}' was built for plugin version {}, this assay has {}",
-                                           path, found.version, kPluginVersion));
-    }
-    return found;
-  }();
-  return host;
 }
 
 // The order of tables and reports: by family, which is the first word of a plugin's name, doubles before floats.
@@ -162,6 +112,12 @@ void require_compliance(const std::string& contender, const std::vector<Setting>
 
 std::string name_of(const std::string& plugin) {
   return fs::path(plugin).stem().string().substr(std::string_view(kPluginPrefix).size());
+}
+
+// Of adapters in Python, by their paths; "" where it is not known.
+std::map<std::string, std::string>& declarations() {
+  static std::map<std::string, std::string> known;
+  return known;
 }
 
 // What every command asks of an engine without a model. Not build(), which may start a program to ask it for its
@@ -236,14 +192,34 @@ Registry::Registry() {
     absent_.push_back({name, fmt::format("this processor lacks {}", lacking)});
     return true;
   });
-  const std::map<std::string, std::string> dropped = refused_plugins(plugins, [this](const std::string& plugin) {
-    const size_t before = owned_.size();
-    load(plugin);
-    if (owned_.size() > before) ask(*owned_.back());
-  });
+  // Adapters in Python of which nobody knows what they declare: asked in a process that ends, so that this one has no
+  // interpreter before it needs one.
+  std::vector<std::string> unknown;
   for (const std::string& plugin : plugins) {
-    const auto found = dropped.find(plugin);
-    if (found == dropped.end()) {
+    if (!is_python(plugin)) continue;
+    declarations()[plugin] = kept_declaration(name_of(plugin), plugin);
+    if (declarations()[plugin].empty() && !is_python_process()) unknown.push_back(plugin);
+  }
+  const PluginTrial trial = try_plugins(plugins, unknown, [&](const std::string& plugin) -> std::string {
+    const std::string name = name_of(plugin);
+    if (paths_.contains(name)) return "";
+    const bool asks = std::ranges::find(unknown, plugin) != unknown.end();
+    try {
+      if (asks) declarations()[plugin] = declare_in_python(name, plugin);
+    } catch (const std::exception& error) {
+      throw RefusedPlugin(error.what());
+    }
+    load(plugin);
+    if (paths_.contains(name)) ask(*owned_.back());
+    return asks ? declarations()[plugin] : "";
+  });
+  for (const auto& [plugin, declaration] : trial.told) {
+    declarations()[plugin] = declaration;
+    keep_declaration(name_of(plugin), plugin, declaration);
+  }
+  for (const std::string& plugin : plugins) {
+    const auto found = trial.refused.find(plugin);
+    if (found == trial.refused.end()) {
       load(plugin);
     } else {
       const std::string name = name_of(plugin);
@@ -269,9 +245,12 @@ void Registry::load(const std::string& path) {
   if (paths_.contains(name)) return;
   if (is_python(path)) {
     try {
-      std::unique_ptr<const Engine> engine(python_host().make(name, path));
-      if (std::string folder = python_host().environment(*engine); !folder.empty()) {
-        environments_.push_back(std::move(folder));
+      std::string& declaration = declarations()[path];
+      if (declaration.empty()) declaration = declare_in_python(name, path);
+      std::unique_ptr<const Engine> engine = python_engine(name, path, declaration);
+      const PythonFacts facts = python_facts(*engine);
+      for (const std::string& folder : {facts.environment, facts.prefix}) {
+        if (!folder.empty()) environments_.push_back(folder);
       }
       paths_[name] = path;
       engines_.push_back(engine.get());
@@ -323,8 +302,8 @@ std::string Registry::plugin_hash(const std::string& engine) const {
   const fs::path plugin = paths_.at(engine);
   if (!is_python(plugin)) return file_hash(plugin);
   // what the engine's answers come from: adapter, pins of its packages, host
-  std::vector<std::string> files = {python_host_path()};
-  files.push_back(fs::path(files.front()).parent_path() / "python" / "assay_adapter.py");
+  const PythonFacts facts = python_facts(**std::ranges::find(engines_, engine, &Engine::name));
+  std::vector<std::string> files = {facts.host, facts.module};
   if (fs::is_directory(plugin)) {
     for (const auto& entry : fs::directory_iterator(plugin)) {
       const fs::path& file = entry.path();

@@ -1,13 +1,21 @@
-// Whether an adapter adds forces of its own to the torques that it is given.
+// Joint springs: how adapters describe them, and whether they add forces of their own to the torques that they are
+// given.
 #pragma once
 
 #include <algorithm>
+#include <string>
 
 #include "engines/engine.h"
 #include "model/actuator_force.h"
 #include "model/joint_rows.h"
 
 namespace assay {
+
+// Joint springs and dampers in the fairness table: the engine's own, or explicit torques of the adapter.
+inline void describe_springs(Capabilities& capabilities, bool native, const std::string& native_note) {
+  capabilities.springs = native ? SpringKind::kNative : SpringKind::kExplicit;
+  capabilities.spring_note = native ? native_note : "torque from the state at the step's start, held for the step";
+}
 
 // Whether torques have to be given before every step, even if they are zero: the adapter adds to them what it computes
 // itself, or gives the engine's own actuators what follows time. The springs of ball joints and tendons may be its own

@@ -7,7 +7,9 @@ import importlib.util
 import io
 import json
 import os
+import pathlib
 import re
+import shutil
 import sqlite3
 import subprocess
 import sys
@@ -280,6 +282,97 @@ class Faults(PythonTest):
             self.assertIn(f"./assay setup {engine}", done.stderr)
 
 
+class Declarations(PythonTest):
+    """What adapters declare is kept, so that a process that only lists or names them has no interpreter."""
+
+    def listed(self, **variables):
+        env, self.env = self.env, {**self.env, "ASSAY_CACHE": str(self.dir / "cache"), **variables}
+        try:
+            done = self.run_assay("engines", "--json")
+        finally:
+            self.env = env
+        self.assertEqual(done.returncode, 0, done.stderr)
+        listed = json.loads(done.stdout)
+        return {row["contender"]: row["summary"] for row in listed["contenders"]}, done.stderr
+
+    def test_listing_starts_no_interpreter(self):
+        self.adapter("empty", EMPTY)
+        for _ in range(2):  # the first time in a process of its own, which ends
+            listed, loaded = self.listed(LD_DEBUG="files")
+            self.assertEqual(listed["empty"], "does nothing")
+            self.assertIn("assay-engine-null.so", loaded)
+            self.assertNotIn("libpython3", loaded)
+        self.env["LD_DEBUG"] = "files"
+        self.assertIn("libpython3", self.run_assay("simulate", "planar-chain", "--engine", "empty", "--contacts", "off", "--timestep", 1,
+                                                   "--duration", 0.01, "--out", "-").stderr)
+
+    def test_a_change_of_any_of_its_files_is_seen(self):
+        helper = self.engines / "words.py"
+        helper.write_text("SUMMARY = 'one'\n")
+        self.adapter("empty", EMPTY.replace('"does nothing"', "words.SUMMARY").replace("import", "import words\nimport", 1))
+        self.assertEqual([self.listed()[0]["empty"] for _ in range(2)], ["one", "one"])
+        helper.write_text("SUMMARY = 'two'\n")
+        self.assertEqual(self.listed()[0]["empty"], "two")
+        self.adapter("empty", EMPTY.replace("does nothing", "three"))
+        self.assertEqual(self.listed()[0]["empty"], "three")
+
+    def test_without_a_cache_it_is_asked_each_time(self):
+        self.adapter("empty", EMPTY)
+        (self.dir / "none").write_text("no folder")
+        listed, loaded = self.listed(ASSAY_CACHE=str(self.dir / "none"), LD_DEBUG="files")
+        self.assertIn("empty", listed)
+        self.assertNotIn("libpython3", loaded)
+
+    def test_an_environment_of_another_python(self):
+        self.adapter("empty", EMPTY.replace("my-environment", "other"))
+        (self.engines / "other").mkdir()
+        # a program that has the usual interpreter and no other
+        alone = self.dir / "alone"
+        (alone / "bin").mkdir(parents=True)
+        shutil.copy(self.command()[0], alone / "bin/assay")
+        built = pathlib.Path(self.program).parent.parent / "engines"
+        (alone / "engines").mkdir()
+        for name in ("assay-python-host.so", "python", "assay-engine-mujoco.so"):
+            (alone / "engines" / name).symlink_to(built / name)
+        self.command = lambda *arguments: [str(alone / "bin/assay"), *map(str, arguments)]
+        for version, reason in (("3.12.4", r"of Python 3\.12, and assay has 3\.11: make it again, as with `python3\.11 -m venv --clear"),
+                                ("3.13.5", r"needs Python 3\.13, .* which is not here: run \./assay setup cpython313")):
+            (self.engines / "other/pyvenv.cfg").write_text(f"home = /usr/bin\nversion = {version}\n")
+            self.assertRegex(self.absent()["empty"], reason)
+            done = self.run_assay("simulate", "planar-chain", "--engine", "empty", "--contacts", "off", "--timestep", 1,
+                                  "--duration", 0.01, "--out", "-")
+            self.assertNotEqual(done.returncode, 0)
+            self.assertRegex(done.stderr, rf"^assay: .*{reason}.*\n$")
+
+    def test_an_interpreter_that_cannot_be_loaded(self):
+        self.adapter("empty", EMPTY.replace("my-environment", "other"))
+        (self.engines / "other").mkdir()
+        (self.engines / "other/pyvenv.cfg").write_text("home = /usr/bin\nversion = 3.13.5\n")
+        (self.engines / "assay-python-host-3.13.so").write_text("no library")
+        done = self.run_assay("simulate", "planar-chain", "--engine", "empty", "--contacts", "off", "--timestep", 1,
+                              "--duration", 0.01, "--out", "-")
+        self.assertNotEqual(done.returncode, 0)
+        self.assertRegex(done.stderr, r"engine 'empty' is in Python, and '.*-3\.13\.so' cannot be loaded \(.*\): "
+                                      r"run \./assay setup cpython313")
+
+    def test_two_interpreters_at_work(self):
+        """Each contender has a process, and the one that compares them has at most one interpreter."""
+        listed = self.assay_json("engines", "--json")
+        contender = next((row["contender"] for row in listed["contenders"] if row["engine"] in ("drake", "dartpy") and
+                          row["contender"] != row["engine"]), None)
+        if contender is None:
+            self.skipTest("no engine with another interpreter is set up")
+        self.adapter("my-mujoco", example())
+        for pair in ((contender, "my-mujoco"), ("my-mujoco", contender)):
+            done = self.run_assay("conformance", *pair, "--test", "planar-chain", "--json")
+            self.assertEqual({each["contender"]: [row["status"] for row in each["results"]]
+                              for each in json.loads(done.stdout)["contenders"]}, dict.fromkeys(pair, ["pass"]), done.stderr)
+        self.write("both.toml", campaign("both", [1], ["truth"], contenders=list(pair), duration_s=0.016))
+        self.assay("run", "both.toml", "--out", "results")
+        with contextlib.closing(sqlite3.connect(self.dir / "results/assay.sqlite")) as db:
+            self.assertEqual(set(db.execute("SELECT contender, outcome FROM cells")), {(each, "ok") for each in pair})
+
+
 class Installed(AssayTest):
     """Engines that are set up on demand, beside the one that computes the same in C++."""
 
@@ -405,9 +498,42 @@ class SetUp(AssayTest):
         self.assertRegex(said, r"drake are for x86-64 Linux with glibc 2\.34 or newer, and this is .*glibc 2\.31")
 
     def test_another_python(self):
-        status, said = self.set_up("drake", pkg_config="exit 1")
+        status, said = self.set_up("drake", "mjx", pkg_config="exit 1")
         self.assertEqual(status, 1)
-        self.assertRegex(said, "need CPython 3.11 as a library.*\n.*install libpython3.11-dev")
+        self.assertRegex(said, "need CPython 3.11 as a library.*\n.*install libpython3.11-dev .* without: mjx\n")
+
+    def common(self, command):
+        return subprocess.run(["bash", "-c", f'root={SOURCE}; source "{SOURCE}/setup/common.sh"; {command}'], capture_output=True,
+                              text=True, check=True, env={**self.env, "ASSAY_CACHE": "/nowhere"}).stdout.split()
+
+    def test_each_adapter_names_its_interpreter(self):
+        for engine in sorted(path.parent.name for path in SOURCE.glob("src/engines/*/requirements.txt")):
+            about = SOURCE / "src/engines" / engine / "about.toml"
+            named = re.search(r'^python = "(.*)"$', about.read_text() if about.exists() else "", re.MULTILINE)
+            python, = self.common(f"engine_python {engine}")
+            version = named[1] if named else "3.11"
+            self.assertEqual(os.path.basename(python), f"python{version}")
+            self.assertEqual(python.startswith("/nowhere/engines/cpython"), bool(named), python)
+            pins = (about.parent / "requirements.txt").read_text(encoding="utf-8")
+            self.assertIn(f"inaries for CPython {version} on", pins)
+
+    def test_nobody_builds_an_interpreter_that_was_not_asked_for(self):
+        self.assertIn("cpython313", self.common("recipes_of rare"))
+        self.assertNotIn("cpython313", self.common("recipes_of core request"))
+
+    def test_a_wheel_for_another_python(self):
+        script = (SOURCE / "setup/setup.sh").read_text(encoding="utf-8")
+        function = re.search(r"^install_wheels\(\) \{\n.*?^\}\n", script, re.MULTILINE | re.DOTALL)[0]
+        python = self.dir / "python"
+        python.write_text('#!/bin/sh\n[ "$1" = -c ] && { echo 3.11; exit; }\n'
+                          'echo "ERROR: No matching distribution found for drake==1.58.0" >&2; exit 1\n')
+        python.chmod(0o755)
+        done = subprocess.run(["bash", "-c", f'set -e; log="{self.dir}/log"; touch "$log"; root="{SOURCE}"; '
+                               'die() { echo "$*"; exit 1; }\n' + function + f'install_wheels "{python}" "{SOURCE}/x/requirements.txt"'],
+                              capture_output=True, text=True, env=self.env)
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stdout, r"^drake==1\.58\.0 of x/requirements\.txt has no binary for Python 3\.11: pin one that has, or name "
+                                      r"another Python in about\.toml beside it \(.*\)\n$")
 
 
 if __name__ == "__main__":

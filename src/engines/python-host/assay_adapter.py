@@ -215,8 +215,8 @@ _numpy = None
 _own = False  # the process is assay's own, and not an interpreter that has assay as a library
 
 
-def _load(path, name):
-    """The adapter of a file or a folder."""
+def _load(path, name, environment=""):
+    """The adapter of a file or a folder. `environment` is the folder of its virtual environment."""
     import importlib.util
 
     file = os.path.join(path, "engine.py") if os.path.isdir(path) else path
@@ -233,29 +233,24 @@ def _load(path, name):
             f"declarations of all adapters with the standard library alone") from error
     finally:
         sys.path.pop(0)
+    loaded = {each: getattr(sys.modules[each], "__file__", None) or "" for each in set(sys.modules) - before}
     # another adapter may have modules of the same names
-    for each in set(sys.modules) - before:
-        if os.path.dirname(getattr(sys.modules[each], "__file__", None) or "") == os.path.dirname(file):
+    for each, its_file in loaded.items():
+        if os.path.dirname(its_file) == os.path.dirname(file):
             del sys.modules[each]
     engine = module.Engine()
-    engine._file, engine._folder = file, os.path.dirname(file)
+    engine._name, engine._file, engine._folder, engine._environment = name, file, os.path.dirname(file), environment
+    # what else its declarations come from
+    own, library = os.path.join(path, ""), os.path.join(os.path.dirname(os.__file__), "")
+    engine._others = sorted({each for each in loaded.values() if os.path.isfile(each) and each != path and
+                             not each.startswith(own) and (not each.startswith(library) or "-packages" in each)})
     return engine
-
-
-def _environment(engine):
-    if engine.environment is not None:
-        return os.path.normpath(os.path.join(engine._folder, os.path.expanduser(engine.environment)))
-    made = os.path.join(engine._folder, "environment.txt")
-    if os.path.isfile(made):
-        with open(made, encoding="utf-8") as file:
-            return file.read().strip()
-    return ""
 
 
 def _activate(engine):
     """Gives the process the engine's environment, once."""
     global _active, _numpy
-    environment = _environment(engine)
+    environment = engine._environment
     if not _own:
         import numpy
 
@@ -274,8 +269,10 @@ def _activate(engine):
             packages = [os.path.join(environment, "lib", f"python{sys.version_info[0]}.{sys.version_info[1]}",
                                      "site-packages")]
         if not any(map(os.path.isdir, packages)):
-            raise EngineFailure(f"the Python environment '{environment}' has no '{packages[0]}': make it again with Python "
-                                f"{sys.version_info[0]}.{sys.version_info[1]}")
+            again = f"make it again with Python {sys.version_info[0]}.{sys.version_info[1]}"
+            if engine.environment is None:
+                again = f"run ./assay setup {engine._name}"
+            raise EngineFailure(f"the Python environment '{environment}' has no '{packages[0]}': {again}")
         import site
 
         for folder in packages:
@@ -292,11 +289,24 @@ def _activate(engine):
 
 
 def _declaration(engine):
+    """Everything that it declares without a model: PythonDeclaration of python_declaration.h."""
     facts = {name: str(getattr(engine, name)) for name in ("version", "source", "compiler", "flags")}
-    environment = _environment(engine)
-    return json.dumps({"build": facts, "environment": os.path.realpath(environment) if environment else "",
-                       "settings": [vars(each) for each in engine.settings()],
-                       "contenders": [vars(each) for each in engine.contenders()]})
+    settings, contenders = list(engine.settings()), list(engine.contenders())
+    defaults = {each.name: each.default for each in settings}
+    capabilities = []
+    for contender in contenders:
+        for name in contender.set:
+            if name not in defaults:
+                raise KeyError(f"contender '{contender.name}' sets '{name}', which settings() does not declare")
+        capabilities.append(_capabilities_with(engine, {**defaults, **contender.set}, 0.0))
+    environment = None if engine.environment is None else os.fspath(engine.environment)
+    return json.dumps({"build": facts, "environment": environment, "batches": _has_batches(engine),
+                       "settings": [vars(each) for each in settings], "contenders": [vars(each) for each in contenders],
+                       "capabilities": capabilities, "files": engine._others})
+
+
+def _declare(path, name):
+    return _declaration(_load(path, name))
 
 
 def _settings(text):
@@ -307,12 +317,19 @@ def _settings(text):
 
 
 def _capabilities(engine, settings):
-    capabilities = engine.capabilities(_settings(settings))
+    settings = _settings(settings)
+    return json.dumps(_capabilities_with(engine, settings, settings.timestep))
+
+
+def _capabilities_with(engine, values, timestep):
+    settings = Settings(values)
+    settings.timestep = timestep
+    capabilities = engine.capabilities(settings)
     if not isinstance(capabilities, Capabilities):
         raise TypeError(f"capabilities() gave a {type(capabilities).__name__}: return assay_adapter.Capabilities(...)")
     values = dict(vars(capabilities))
     values["deviations"] = [vars(each) for each in values["deviations"]]
-    return json.dumps(values)
+    return values
 
 
 class _Object:

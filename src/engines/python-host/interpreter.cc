@@ -81,6 +81,20 @@ PyObject* import_module() {
   return module.release();
 }
 
+// What Python raised, with its traceback; it is no longer raised. Null for nothing.
+PyObject* raised() {
+#if PY_VERSION_HEX >= 0x030C0000
+  return PyErr_GetRaisedException();
+#else
+  PyObject *type = nullptr, *value = nullptr, *trace = nullptr;
+  PyErr_Fetch(&type, &value, &trace);
+  PyErr_NormalizeException(&type, &value, &trace);
+  if (trace != nullptr && value != nullptr) PyException_SetTraceback(value, trace);
+  const Object owned_type(type), owned_trace(trace);
+  return value;
+#endif
+}
+
 bool matches(PyObject* error, const char* name) {
   const Object type(PyObject_GetAttrString(adapter_module(), name));
   return type && PyErr_GivenExceptionMatches(error, type.get()) != 0;
@@ -106,11 +120,7 @@ std::string text_of(const Object& object) {
 }
 
 void rethrow(const std::string& what) {
-  PyObject *type = nullptr, *value = nullptr, *trace = nullptr;
-  PyErr_Fetch(&type, &value, &trace);
-  PyErr_NormalizeException(&type, &value, &trace);
-  if (trace != nullptr && value != nullptr) PyException_SetTraceback(value, trace);
-  const Object owned_type(type), error(value), owned_trace(trace);
+  const Object error(raised());
   if (!error) throw std::runtime_error(fmt::format("{}: Python gave no reason", what));
   if (PyErr_GivenExceptionMatches(error.get(), PyExc_MemoryError) != 0) throw std::bad_alloc();
   const Object describe(PyObject_GetAttrString(adapter_module(), "_describe"));

@@ -71,12 +71,14 @@ TEST(SettingText, ReadsBack) {
   EXPECT_EQ(parse_setting(setting, setting_text(1.0 / 3)), SettingValue(1.0 / 3));
 }
 
-// Puts a file that is no plugin into the search path before anything is loaded.
+// Puts files that are no plugins into the search path before anything is loaded. The second is for
+// python_engine_test.cc.
 class BrokenPlugin : public testing::Environment {
  public:
   void SetUp() override {
     std::filesystem::create_directories(folder_);
     std::ofstream(folder_ / "assay-engine-broken.so") << "not a library";
+    std::ofstream(folder_ / "assay-python-host-3.99.so") << "not a library";
     ::setenv("ASSAY_ENGINE_PATH", ("/nowhere::" + folder_.string()).c_str(), 1);
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
