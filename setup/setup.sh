@@ -627,7 +627,8 @@ if [[ $((${#python_engines[@]} + ${#built_engines[@]})) -gt 0 ]]; then
   set_up_pieces
   # what ./assay runs was built without them
   rm -f "${root}/build/product/stamp"
-  say "ready: ${python_engines[*]}${python_engines[*]:+ }${built_engines[*]}"
+  ready=("${python_engines[@]}" "${built_engines[@]}")
+  say "ready: ${ready[*]}"
   exit
 fi
 if [[ -n ${package} ]]; then
