@@ -20,7 +20,7 @@ Measure consistency_measure() {
             kNo, kLimit, "median over the pieces of the self-consistency error", 2},
            {"consistency_cold_share", "1", "Pieces within 1 mm", "pieces within 1 mm", kHigh, kNo, kNo,
             "share of the pieces whose self-consistency error is at most 1 mm", 2},
-           {"consistency", "m", "Self-consistency error, the paper's", "self-consistency error (the paper's)", kLow,
+           {"consistency", "m", "Self-consistency error (the paper's)", "self-consistency error (the paper's)", kLow,
             kPlot, kLimit,
             "mean distance of the bodies from the contender's own fine-step run, over short pieces of it that start "
             "without what the engine keeps between steps",

@@ -65,7 +65,7 @@ TEST(Values, OneRowEachAndAMeasureStandsForItsFirst) {
   EXPECT_EQ(value_named("unheard_of"), "");
   EXPECT_EQ(value_info("unheard_of").label, "Unheard of");
   EXPECT_FALSE(value_info("unheard_of").limit);
-  EXPECT_EQ(value_info("consistency_8ms").label, "Self-consistency error, the paper's, pieces of 8 ms");
+  EXPECT_EQ(value_info("consistency_8ms").label, "Self-consistency error (the paper's), pieces of 8 ms");
   EXPECT_EQ(value_info("consistency_cold_8ms").label, "Self-consistency error, pieces of 8 ms");
   EXPECT_EQ(value_info("consistency_cold_share_8ms").unit, "1");
   EXPECT_TRUE(can_limit("consistency_8ms"));
