@@ -208,9 +208,10 @@ def fastest(answer):
     return "none; " + "; ".join(ways) if ways else "none"
 
 
-def usual(*answers):
+def usual(options, *answers):
     """The limits of contacts that the program adds to a question, as each of the answers has them."""
-    defaults = [{limit["value"]: quantity(limit["largest"], limit["unit"]) for limit in answer["limits"] if limit["default"]} for answer in answers]
+    defaults = [{limit["value"]: quantity(limit["largest"], limit["unit"]) for limit in answer["limits"]
+                 if limit["default"] and not ("--slip" in options and limit["value"] == "grasp_slip")} for answer in answers]
     texts = []
     for name in dict.fromkeys(name for own in defaults for name in own):
         sizes = " or ".join(dict.fromkeys(own[name] for own in defaults if name in own))
@@ -223,7 +224,7 @@ def answers_table(program, folder, full):
     rows = []
     for system, options, words in QUESTIONS:
         here, there = (asked(program, run, system, options) for run in (folder, full))
-        rows.append([words + usual(here, there), fastest(here), fastest(there), f"`assay recommend field {system} {' '.join(options)}`"])
+        rows.append([words + usual(options, here, there), fastest(here), fastest(there), f"`assay recommend field {system} {' '.join(options)}`"])
     return table(["question", "fastest within it in this run", "in the full run", "asked by"], rows)
 
 

@@ -73,8 +73,7 @@ inline constexpr auto kTimingKeys = std::to_array<Key<TimingOptions>>({
 
 inline constexpr auto kSearchLimits = std::to_array<Key<SearchTable>>({
     {"error", "\"1mm\"", "Largest error", "no limit"},
-    {"penetration", "\"2mm\"",
-     "Largest penetration beyond the overlap at the start; \"any\": no limit",
+    {"penetration", "\"2mm\"", "Largest penetration beyond the overlap at the start; \"any\": no limit",
      "the smallest of the systems' own"},
     {"slip", "\"2mm\"", "Largest slip in the hand; \"any\": no limit", "5 mm where something is held"},
     {"realtime", "\"5\"", "Least speed, in times real time", "no limit"},

@@ -60,9 +60,10 @@ int recommend_to(const RecommendOptions& options) {
 void add_limits(CLI::App& command, LimitOptions& options) {
   command.add_option("--error", options.error, "The largest error, with its unit: 1mm, 0.5deg, 2%")->type_name("E");
   command
-      .add_option("--measure", options.measure,
-                  "Measure or value that --error limits (default: the error against the reference solution where it was "
-                  "measured, else self-consistency)")
+      .add_option(
+          "--measure", options.measure,
+          "Measure or value that --error limits (default: the error against the reference solution where it was "
+          "measured, else self-consistency)")
       ->type_name("NAME");
   command
       .add_option("--penetration", options.penetration,

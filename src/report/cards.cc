@@ -151,7 +151,9 @@ json largest_sound(const SystemAnswers& answers) {
   const Point* best = *std::ranges::min_element(there, {}, error);
   std::vector<std::string> figures;
   const bool known = error(best) < HUGE_VAL;
-  const auto is_tried = [&](const Point& point) { return point.timestep_ms > largest && !same_timestep(point.timestep_ms, largest); };
+  const auto is_tried = [&](const Point& point) {
+    return point.timestep_ms > largest && !same_timestep(point.timestep_ms, largest);
+  };
   const bool at_end = std::ranges::none_of(answers.points, is_tried);
   if (known) {
     const ValueInfo& info = info_of(answers, answers.main);

@@ -184,18 +184,34 @@ std::string edge_text(const Edge& edge) {
   if (edge.larger == End::kTried && edge.smaller == End::kTried) return phrase("only_tried");
   std::string larger, smaller;
   switch (edge.larger) {
-    case End::kNone: break;
-    case End::kTried: larger = phrase("largest_tried"); break;
-    case End::kTimed: larger = phrase("largest_timed"); break;
-    case End::kMeasured: larger = phrase("largest_measured"); break;
-    case End::kBetween: larger = phrase("between", {{"steps", labels_of(edge.between_ms)}}); break;
+    case End::kNone:
+      break;
+    case End::kTried:
+      larger = phrase("largest_tried");
+      break;
+    case End::kTimed:
+      larger = phrase("largest_timed");
+      break;
+    case End::kMeasured:
+      larger = phrase("largest_measured");
+      break;
+    case End::kBetween:
+      larger = phrase("between", {{"steps", labels_of(edge.between_ms)}});
+      break;
   }
   switch (edge.smaller) {
     case End::kNone:
-    case End::kBetween: break;
-    case End::kTried: smaller = phrase("smallest_tried"); break;
-    case End::kTimed: smaller = phrase("smallest_timed"); break;
-    case End::kMeasured: smaller = phrase("smallest_measured"); break;
+    case End::kBetween:
+      break;
+    case End::kTried:
+      smaller = phrase("smallest_tried");
+      break;
+    case End::kTimed:
+      smaller = phrase("smallest_timed");
+      break;
+    case End::kMeasured:
+      smaller = phrase("smallest_measured");
+      break;
   }
   if (larger.empty() || smaller.empty()) return larger + smaller;
   return phrase("edges", {{"larger", larger}, {"smaller", smaller}});
@@ -392,17 +408,16 @@ void add_best(const SystemAnswers& answers, const Question& question, const Reco
   if (!found.alike.empty()) answer.remark(phrase("alike"), places_text(answers, found.alike));
   if (found.certain != found.best) {
     const std::string whole =
-        found.certain
-            ? phrase("whole", {{"answer", answering_text(answers, *found.certain, question.limits)}})
-            : phrase("no_whole");
+        found.certain ? phrase("whole", {{"answer", answering_text(answers, *found.certain, question.limits)}})
+                      : phrase("no_whole");
     answer.line(phrase("reaches", {{"whole", whole}}));
   }
   const NotAccuracy other = not_accuracy(answers);
   const auto open = best.worst.find(other.open);
   const bool limited = std::ranges::any_of(
       question.asked, [](const Asked& asked) { return reads(asked.value.measure, Reads::kSolution); });
-  const bool is_limited = !question.asked.empty() && std::ranges::find(other.limited, question.asked.front().value.name) !=
-                                                         other.limited.end();
+  const bool is_limited = !question.asked.empty() &&
+                          std::ranges::find(other.limited, question.asked.front().value.name) != other.limited.end();
   if (is_limited && !limited && open != best.worst.end()) {
     answer.remark(phrase("not_accuracy"), phrase("accuracy", {{"error", worst_text(open->second, "m")}}));
   }
@@ -430,9 +445,9 @@ std::string relaxed_text(const SystemAnswers& answers, const Question& question,
     if (own == found.relaxed.end()) return unmoved.push_back(named);
     const std::string relax = value.empty() ? phrase("relax_speed", {{"realtime", realtime_text(own->to)}})
                                             : phrase("relax", {{"value", named}, {"limit", own->text}});
-    ways.push_back(phrase("relaxed", {{"relax", relax},
-                                      {"answer", answering_text(answers, own->candidate,
-                                                                relaxed_limits(question.limits, *own))}}));
+    ways.push_back(phrase(
+        "relaxed", {{"relax", relax},
+                    {"answer", answering_text(answers, own->candidate, relaxed_limits(question.limits, *own))}}));
   };
   for (const Asked& asked : question.asked) add(asked.value.name, asked.value.brief);
   if (question.limits.realtime) add("", phrase("the_speed"));
@@ -450,10 +465,11 @@ std::string nearest_text(const SystemAnswers& answers, const Question& question,
     const std::string edge = edge_text(edge_of(answers, candidate, question.limits));
     const std::string place =
         edge.empty() ? place_text(point) : phrase("place_at_edge", {{"place", place_text(point)}, {"edge", edge}});
-    return phrase("none_alone",
-                  {{"nearest",
-                    phrase("nearest", {{"place", place},
-                                       {"values", missed_text(point.worst, candidate.speed.factor.value, question)}})}});
+    return phrase(
+        "none_alone",
+        {{"nearest",
+          phrase("nearest",
+                 {{"place", place}, {"values", missed_text(point.worst, candidate.speed.factor.value, question)}})}});
   }
   // what was begun
   const Point* nearest = nullptr;

@@ -46,7 +46,8 @@ Question read_limits(const LimitOptions& options, const Askable& of, const FindV
     const ValueInfo value = find(option, name);
     const std::string what = option == "--limit" ? option + " " + name : option;
     const double largest = parse_quantity(what, text, value.unit);
-    if (!(largest > 0)) throw InputError(fmt::format("{} is '{}': no figure is below 0, give a limit above it", what, text));
+    if (!(largest > 0))
+      throw InputError(fmt::format("{} is '{}': no figure is below 0, give a limit above it", what, text));
     if (std::ranges::any_of(question.asked, [&](const Asked& asked) { return asked.value.name == value.name; })) {
       throw InputError(fmt::format("'{}' is limited twice: give one limit for it", value.name));
     }

@@ -55,8 +55,8 @@ struct Excluded {
   std::string why;
 };
 
-// A limit on contacts that every question has that names no other one and does not do without: soft contacts are easy to
-// repeat, so an error alone rewards them.
+// A limit on contacts that every question has that names no other one and does not do without: soft contacts are easy
+// to repeat, so an error alone rewards them.
 struct UsualLimit {
   std::string option;  // that changes it: "penetration" or "slip"
   std::string value;   // that it limits
@@ -113,15 +113,15 @@ struct Relaxation {
 };
 
 struct Recommendation {
-  std::optional<size_t> best;      // index into SystemAnswers::candidates: the fastest within all limits
-  std::vector<size_t> contenders;  // each contender's fastest within them, the fastest first; of what a sweep varied
-                                   // the fastest of all its settings
-  std::vector<size_t> alike;       // of these, but for the best, whose speed's interval reaches into the best's
-  std::optional<size_t> certain;   // the fastest whose intervals lie within the limits as a whole
-  std::optional<size_t> nearest;   // when nothing is within them: the one that misses by the least factor
+  std::optional<size_t> best;       // index into SystemAnswers::candidates: the fastest within all limits
+  std::vector<size_t> contenders;   // each contender's fastest within them, the fastest first; of what a sweep varied
+                                    // the fastest of all its settings
+  std::vector<size_t> alike;        // of these, but for the best, whose speed's interval reaches into the best's
+  std::optional<size_t> certain;    // the fastest whose intervals lie within the limits as a whole
+  std::optional<size_t> nearest;    // when nothing is within them: the one that misses by the least factor
   std::vector<Relaxation> relaxed;  // and by limit, as asked, the least that it has to give way alone, where it can
-  std::vector<size_t> beyond;      // of each contender with candidates but none within the limits: the one that misses
-                                   // by the least factor, the least first
+  std::vector<size_t> beyond;       // of each contender with candidates but none within the limits: the one that misses
+                                    // by the least factor, the least first
 };
 
 Recommendation recommend(const SystemAnswers& answers, const Limits& limits);

@@ -1,4 +1,5 @@
-// cases.json: cells of two systems, and questions with the answers that the command and the report's page give in words.
+// cases.json: cells of two systems, and questions with the answers that the command and the report's page give in
+// words.
 #pragma once
 
 #include <fstream>

@@ -56,8 +56,8 @@ class Knowledge {
   double expected_error(const PointAt& point) const;
 
   // How many times an error of the motion is its limit at the point, where nothing else that was measured up to there
-  // excludes it: no failure, and no limit of contacts. Absent where something does, or where nothing was measured. 0 for
-  // errors within their limits.
+  // excludes it: no failure, and no limit of contacts. Absent where something does, or where nothing was measured. 0
+  // for errors within their limits.
   std::optional<double> error_excess(const PointAt& point, const Limits& limits) const;
 
   // Processor time that the cells take, s, as far as the contender's speed is known.

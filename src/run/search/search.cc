@@ -24,7 +24,8 @@ namespace {
 constexpr double kSpeedDoubt = 1.25;
 // A point whose expected error exceeds its limit by this factor is not tried.
 constexpr double kErrorDoubt = 4;
-// The timesteps that are tried first, ms. What the campaign has beyond them is tried where an answer lies at their edge.
+// The timesteps that are tried first, ms. What the campaign has beyond them is tried where an answer lies at their
+// edge.
 constexpr double kUsualSmallest = 0.25, kUsualLargest = 16;
 // Of the conformance suite, before a contender's first cells that count.
 constexpr double kSuiteSeconds = 2;
@@ -246,9 +247,7 @@ class Search {
     return std::nullopt;
   }
 
-  std::optional<PointAt> next_point(int c, const Limits& goal) const {
-    return next_point(c, goal, end_, kErrorDoubt);
-  }
+  std::optional<PointAt> next_point(int c, const Limits& goal) const { return next_point(c, goal, end_, kErrorDoubt); }
 
   // Whether the next larger timestep misses the limits by an error of the motion alone, which this one can make good.
   bool may_do_below(const PointAt& point, const Limits& goal) const {

@@ -3,10 +3,10 @@
 // fastest of them to its end, so that there is an answer. Then time goes in equal parts to first looks at the others at
 // one timestep, each time twice as many, and for each goal to the points that may be faster than the best one so far,
 // the fastest first, their cheap cells before the dear ones. Contenders whose engine takes long to start have their
-// turn last. When nothing is left that could win among the usual timesteps, the search goes on beyond them, as far as the
-// campaign has more: to a larger one where an answer is at the largest, to a smaller one where nothing is within the limits
-// and an error at the smallest is why. What was found is stored as it comes, so a search that ends early has an answer, and the same call goes
-// on where it stopped.
+// turn last. When nothing is left that could win among the usual timesteps, the search goes on beyond them, as far as
+// the campaign has more: to a larger one where an answer is at the largest, to a smaller one where nothing is within
+// the limits and an error at the smallest is why. What was found is stored as it comes, so a search that ends early has
+// an answer, and the same call goes on where it stopped.
 #pragma once
 
 #include <functional>

@@ -46,8 +46,8 @@ json in_words(const SystemAnswers& answers, const Question& question) {
 LimitOptions without_usual(const std::vector<std::string>& limits) {
   LimitOptions options;
   const auto has = [&](const char* option) {
-    return std::ranges::any_of(limits,
-                               [&](const std::string& limit) { return usual_option(limit.substr(0, limit.find('='))) == option; });
+    return std::ranges::any_of(
+        limits, [&](const std::string& limit) { return usual_option(limit.substr(0, limit.find('='))) == option; });
   };
   if (!has("penetration")) options.penetration = kAnyQuantity;
   if (!has("slip")) options.slip = kAnyQuantity;

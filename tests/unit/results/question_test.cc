@@ -30,7 +30,8 @@ class QuestionTest : public TempFolderTest {
   void SetUp() override {
     TempFolderTest::SetUp();
     store_.set_systems({{"hand", "{}"}, {"chain", "{}"}});
-    store_.set_contenders({{"fast", "fast", "1", "fast", "", "{}", "{}"}, {"stiff", "stiff", "1", "stiff", "", "{}", "{}"}});
+    store_.set_contenders(
+        {{"fast", "fast", "1", "fast", "", "{}", "{}"}, {"stiff", "stiff", "1", "stiff", "", "{}", "{}"}});
   }
 
   void put(const std::string& system, const std::string& contender, double timestep_ms, const std::string& measure,
@@ -92,8 +93,9 @@ class QuestionTest : public TempFolderTest {
 
 TEST_F(QuestionTest, ContactsAreLimitedUnlessTheyAreNamed) {
   point("fast", 1, 100, 1e-3, 1e-3, 1e-3);
-  EXPECT_EQ(text(asks("1mm")), "self-consistency error within 1mm, added penetration within 2 mm (default), "
-                               "slip within 5 mm (default)");
+  EXPECT_EQ(text(asks("1mm")),
+            "self-consistency error within 1mm, added penetration within 2 mm (default), "
+            "slip within 5 mm (default)");
   LimitOptions options = asks("1mm");
   options.penetration = "7mm";
   options.slip = "any";
