@@ -277,6 +277,7 @@ TEST_F(RunsTest, WorkersAreConfined) {
   fs::create_directories(home);
   write_mark(mark, 3);
   ::setenv("HOME", home.c_str(), 1);
+  ::setenv("XDG_CACHE_HOME", dir("cache").c_str(), 1);  // the coordinator keeps declarations of adapters there
   ::setenv("ASSAY_MISHAP_MARK", mark.c_str(), 1);
   std::vector<std::string> faults = {"write-home",  "read-file",    "append-file", "remove-file",  "open-socket",
                                      "change-mode", "limit-others", "slow-others", "share-memory", "type-commands"};
