@@ -92,6 +92,10 @@ class AssayTest(unittest.TestCase):
         if VERDICTS and self.with_verdicts:
             shutil.copytree(VERDICTS, self.dir / "cache/assay/conformance")
 
+    def files(self):
+        """Names in the folder, without what the program keeps for later."""
+        return sorted(path.name for path in self.dir.iterdir() if path.name != "cache")
+
     def forget_verdicts(self):
         """For a test that is about the suite itself."""
         shutil.rmtree(self.dir / "cache/assay/conformance", ignore_errors=True)

@@ -220,7 +220,7 @@ class Places(AssayTest):
         self.simulate("file/x.csv", 2, ["'file/x.csv'", "directory"])
         self.simulate(".", 2, ["'.'", "directory"])
         self.simulate("", 2, ["--out", "empty"])
-        self.assertEqual([path.name for path in self.dir.iterdir()], ["file"])
+        self.assertEqual(self.files(), ["file"])
 
     def test_device_without_space(self):
         self.simulate("/dev/full", 1, ["'/dev/full'", "No space left"])

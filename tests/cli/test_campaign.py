@@ -757,7 +757,7 @@ class BadDirectories(CampaignTest):
             done = self.run_assay("run", "tiny.toml", "--out", out)
             self.assertIn(done.returncode, (1, 2))
             self.check_sentence(done.stderr, [out])
-        self.assertEqual([path.name for path in self.dir.iterdir() if path.name != "cache"], ["tiny.toml"])
+        self.assertEqual(self.files(), ["tiny.toml"])
 
     def test_directory_without_permission(self):
         (self.dir / "locked").mkdir()

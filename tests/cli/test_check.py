@@ -230,8 +230,10 @@ class Refused(AssayTest):
               '<geom type="box" size=".1 .1 .1" friction="{0} 0 0"/></body></worldbody></mujoco>'
         found = self.findings_of(self.report(box.format(0.5)), "friction")
         rows = self.assay_json("engines", "--json")["contenders"]
+        # Drake's lagged contacts brake too strongly in every direction
         fixed = {row["contender"] for row in rows
-                 if any(each["test"] == "friction-directions" for each in row["capabilities"]["deviations"])}
+                 if any(each["test"] == "friction-directions" and "of the step before" not in each["reason"]
+                        for each in row["capabilities"]["deviations"])}
         self.assertEqual(set(found), fixed)
         for how in found.values():
             self.assertRegex(how, r"1\.41 times|29 %|14 %")

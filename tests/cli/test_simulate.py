@@ -337,7 +337,7 @@ class Unfinished(Csv):
         for fault, naming in {"throw-in-create": ["failed before its first step: no more in create"],
                               "exit-in-create": ["ended its process early", "did not take a step"]}.items():
             self.refused(*self.common(f"mishap-{fault}"), status=1, naming=[f"mishap-{fault} {naming[0]}", *naming[1:]])
-            self.assertEqual([path.name for path in self.dir.iterdir()], ["ball.xml"], fault)
+            self.assertEqual(self.files(), ["ball.xml"], fault)
         for call, samples in {"torques": 11, "read": 10}.items():
             self.refused(*self.common(f"mishap-throw-in-{call}"), status=1,
                          naming=[f"mishap-throw-in-{call} failed at 0.1 s: no more in {call}", "'run.csv'"])
@@ -398,7 +398,7 @@ class Unfinished(Csv):
 
     def test_refusal_of_the_engine(self):
         self.refused(*self.common("mishap-refuse"), naming=["mishap-refuse", "body 'ball'", "give it to somebody else"])
-        self.assertEqual([path.name for path in self.dir.iterdir()], ["ball.xml"])
+        self.assertEqual(self.files(), ["ball.xml"])
 
     def test_approximation_is_said(self):
         done = self.run_assay(*self.common("mishap-inexact"))
