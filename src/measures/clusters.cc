@@ -55,8 +55,7 @@ Interval bootstrap_mean_of_groups(const std::vector<std::vector<double>>& groups
   return {sum / count, quantile(means, tail), quantile(means, 1 - tail)};
 }
 
-Interval bootstrap_median_of_groups(const std::vector<std::vector<double>>& groups, std::uint64_t seed,
-                                    int resamples) {
+Interval bootstrap_median_of_groups(const std::vector<std::vector<double>>& groups, std::uint64_t seed, int resamples) {
   assert(!groups.empty() && resamples > 0);
   std::vector<double> all;
   for (const std::vector<double>& group : groups) all.insert(all.end(), group.begin(), group.end());

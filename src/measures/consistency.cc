@@ -1,5 +1,5 @@
-// The measure 'consistency': how far short pieces end from the contender's own motion at the fine timestep, which starts
-// anew from the same state, and from its fine-step run, as in the paper.
+// The measure 'consistency': how far short pieces end from the contender's own motion at the fine timestep, which
+// starts anew from the same state, and from its fine-step run, as in the paper.
 #include "measures/accuracy.h"
 #include "measures/measure.h"
 
@@ -29,11 +29,13 @@ Measure consistency_measure() {
             "self-consistency error at the fine-step run's own timestep: hidden state and rounding, not integration",
             11},
            {"consistency_floor", "m", "Near the floor", "floor", kNone, kNo, kNo,
-            "restart floor, or the error at which the curve stops falling, given where the paper's self-consistency error is "
+            "restart floor, or the error at which the curve stops falling, given where the paper's self-consistency "
+            "error is "
             "so close to it that it says little of the timestep",
             13},
            {"consistency_bound", "m", "Bound of the paper's self-consistency error", "bound", kNone, kNo, kNo,
-            "upper bound of the paper's self-consistency error near the floor: the measured distance and the floor together",
+            "upper bound of the paper's self-consistency error near the floor: the measured distance and the floor "
+            "together",
             13},
            {"consistency_cold_floor", "m", "Near the floor", "floor", kNone, kNo, kNo,
             "the error at which the curve stops falling, given where the self-consistency error is so close to it that "

@@ -36,8 +36,8 @@ class Plausibility {
   // Why no motion of the model reaches this finite state: more than kEnergyFactor times the available kinetic energy, a
   // joint torn apart by more than the model's size(), a hinge more than a turn beyond its limit, or a body's shape that
   // lies as a whole below the ground that it collides with, by more than kGroundShare of the robot's length with all
-  // joints stretched, or of size() where that is more: less deep it is a penetration, which has a measure of its own. ""
-  // for a possible state.
+  // joints stretched, or of size() where that is more: less deep it is a penetration, which has a measure of its own.
+  // "" for a possible state.
   std::string impossibility(const State& state) const;
 
   double reach() const { return reach_; }                        // m
@@ -67,7 +67,7 @@ class Plausibility {
   double available_energy_ = 0, rest_energy_ = 0;
   double size_ = 0;
   double length_ = 0;  // of the longest stretched chain, m
-  double unit_ = 0;  // rounding of the contender's numbers, relative
+  double unit_ = 0;    // rounding of the contender's numbers, relative
 };
 
 }  // namespace assay

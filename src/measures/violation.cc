@@ -173,9 +173,7 @@ Violation violation(const Model& model, const State& state) { return violation(m
 ViolationSeries::ViolationSeries(const Model& model, const State& start)
     : model_(model), separations_(model), before_(separations_.depths(start)) {}
 
-void ViolationSeries::add(const State& state) {
-  of_states_.push_back(violation(model_, state, separations_, before_));
-}
+void ViolationSeries::add(const State& state) { of_states_.push_back(violation(model_, state, separations_, before_)); }
 
 ViolationSummary ViolationSeries::summary(std::uint64_t seed) const {
   assert(!of_states_.empty());

@@ -10,9 +10,8 @@ namespace {
 
 constexpr auto kKinds = std::to_array<double Violation::*>(
     {&Violation::dislocation, &Violation::misalignment, &Violation::limit, &Violation::penetration, &Violation::added});
-constexpr auto kParts =
-    std::to_array<Violation ViolationSummary::*>({&ViolationSummary::largest, &ViolationSummary::rms,
-                                                  &ViolationSummary::rms_low, &ViolationSummary::rms_high});
+constexpr auto kParts = std::to_array<Violation ViolationSummary::*>(
+    {&ViolationSummary::largest, &ViolationSummary::rms, &ViolationSummary::rms_low, &ViolationSummary::rms_high});
 constexpr double kNever = -1;  // in place of a time of dropping
 
 }  // namespace

@@ -260,10 +260,17 @@ std::vector<std::pair<std::string, std::string>> asked_ratios(const Store& store
 }
 
 const std::vector<std::string>& derived_values() {
-  static const std::vector<std::string> kNames = {
-      "truth_order",     "truth_floor", "consistency_floor",       "consistency_bound", "consistency_cold_floor", "consistency_cold_bound",
-      "aa_ratio",        "time_ratio",  "largest_stable_timestep", "stable_up_to_timestep",
-      "scaling_exponent"};
+  static const std::vector<std::string> kNames = {"truth_order",
+                                                  "truth_floor",
+                                                  "consistency_floor",
+                                                  "consistency_bound",
+                                                  "consistency_cold_floor",
+                                                  "consistency_cold_bound",
+                                                  "aa_ratio",
+                                                  "time_ratio",
+                                                  "largest_stable_timestep",
+                                                  "stable_up_to_timestep",
+                                                  "scaling_exponent"};
   return kNames;
 }
 

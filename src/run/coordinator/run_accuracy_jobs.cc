@@ -106,11 +106,16 @@ PiecesJob AccuracyPlanner::pieces_job(const PlannedCell& cell, std::vector<std::
   const CampaignSystem& of = run_.system(cell);
   std::vector<double> lengths = {of.piece_ms};
   lengths.insert(lengths.end(), of.more_pieces_ms.begin(), of.more_pieces_ms.end());
-  return {cell.measure,         subject_spec(of, run_.contender(cell)),
-          cell.timestep_ms,     run_.store.trajectories_dir(),
-          std::move(addresses), of.pieces,
-          std::move(lengths),   of.reference_of(run_.contender(cell)),
-          of.grid_ms(),         run_.seed(),
+  return {cell.measure,
+          subject_spec(of, run_.contender(cell)),
+          cell.timestep_ms,
+          run_.store.trajectories_dir(),
+          std::move(addresses),
+          of.pieces,
+          std::move(lengths),
+          of.reference_of(run_.contender(cell)),
+          of.grid_ms(),
+          run_.seed(),
           cell.cold};
 }
 

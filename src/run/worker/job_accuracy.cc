@@ -441,8 +441,8 @@ class Pieces {
     const long long per_sample = std::llround(sample_ms_ / job_.timestep_ms);
     const auto total = (static_cast<long long>(references_.front().states.size()) - 1) / per_start;
     piece_ = 0;
-    for (const Piece& piece : spread(total, std::llround(length_ms / start_ms), count_of(length_ms),
-                                     static_cast<int>(references_.size()))) {
+    for (const Piece& piece :
+         spread(total, std::llround(length_ms / start_ms), count_of(length_ms), static_cast<int>(references_.size()))) {
       ++piece_;
       state_ = piece.state;
       const std::vector<State>& reference = references_[static_cast<size_t>(piece.state)].states;
@@ -500,8 +500,8 @@ JobDone do_job(const PiecesJob& job) {
         return job.references.size() == 1 ? std::vector<std::vector<double>>{errors} : grouped(errors, each.states);
       };
       const auto put = [&](const std::string& name, const std::string& unit, const Interval& of) {
-        cell.values.push_back({main ? name : fmt::format("{}_{}ms", name, shortest(each.length_ms)), unit, of.value,
-                               of.low, of.high});
+        cell.values.push_back(
+            {main ? name : fmt::format("{}_{}ms", name, shortest(each.length_ms)), unit, of.value, of.low, of.high});
       };
       const auto keep = [&](const std::string& name, const std::vector<double>& numbers) {
         cell.samples.push_back({main ? name : fmt::format("{} {} ms", name, shortest(each.length_ms)), numbers});
