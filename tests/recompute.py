@@ -465,7 +465,7 @@ class Claims:
             return None
         return Ratio(max(over.value, SMALLEST) / max(under.value, SMALLEST),
                      max(over.low, SMALLEST) / max(under.high, SMALLEST),
-                     max(over.high, SMALLEST) / max(under.low, SMALLEST), None, None)
+                     max(over.high, SMALLEST) / max(under.low, SMALLEST), None, None, 0)
 
     def curve(self, system, contender, name):
         """[(speed, value, is near a floor)], the slowest first; the speed is the timestep where nothing was timed."""
@@ -497,10 +497,12 @@ class Claims:
                 ratios.append(log(value) - there)
         if not ratios:
             return None
-        return Ratio(math.exp(statistics.fmean(ratios)), None, None, math.exp(min(ratios)), math.exp(max(ratios)))
+        least, most = math.exp(min(ratios)), math.exp(max(ratios))
+        range_of = (least, most) if most > 10 * least else (None, None)  # no mean stands for more than a decade
+        return Ratio(math.exp(statistics.fmean(ratios)), *range_of, least, most, len(ratios))
 
 
-Ratio = collections.namedtuple("Ratio", "value low high least most")
+Ratio = collections.namedtuple("Ratio", "value low high least most points")
 
 
 class Answers:
@@ -648,16 +650,18 @@ def check_test(report, answers, what, test, text):
     if kind in ("at-timestep", "at-equal-speed"):
         for system in test["systems"]:
             decides = answers.nearest(test, system)
-            pattern = rf"{re.escape(system)} ({NUMBER})(?: \[({NUMBER}), ({NUMBER})\])? \(([^()]*?) over ([^(),]*)([^()]*)\)"
-            found = re.findall(pattern, text)
+            number = rf"({NUMBER})(?: to ({NUMBER})| \[({NUMBER}), ({NUMBER})\])?"
+            found = re.findall(rf"{re.escape(system)} {number} \(([^()]*?) over ([^(),]*)([^()]*)\)", text)
             if decides is None:
                 continue
             second, first, ratio = decides
-            shown = [entry for entry in found if entry[3:5] == (second, first)]
+            shown = [entry for entry in found if entry[4:6] == (second, first)]
             label = f"{what}: {name} on {system}, {second} over {first}"
-            report.check("page", label, [entry[3:5] for entry in found], bool(shown), (second, first))
-            for value, low, high, _, _, along in shown[:1]:
-                report.printed("page", label, value, ratio.value)
+            report.check("page", label, [entry[4:6] for entry in found], bool(shown), (second, first))
+            for value, most, low, high, _, _, along in shown[:1]:
+                report.printed("page", label, value, ratio.least if most else ratio.value)
+                if most or ratio.points and ratio.low is not None:
+                    report.check("page", f"{label}, most", most, bool(most) and agrees(most, ratio.most), ratio.most)
                 if low and ratio.low is not None:
                     report.printed("page", f"{label}, lower end", low, ratio.low)
                     report.printed("page", f"{label}, upper end", high, ratio.high)
@@ -665,6 +669,8 @@ def check_test(report, answers, what, test, text):
                 if ends and ratio.least is not None:
                     report.printed("page", f"{label}, least", ends.group(1), ratio.least)
                     report.printed("page", f"{label}, most", ends.group(2), ratio.most)
+                if count := re.search(r"(\d+) points?\b", along):
+                    report.check("page", f"{label}, points", count.group(1), int(count.group(1)) == ratio.points, ratio.points)
     elif kind == "slope":
         for system in test["systems"]:
             for engine in test["who"]:
@@ -721,7 +727,7 @@ def check_today(report, claims, what, title, text):
     step = re.search(r" at (\S+) ms$", title)
     for system, count, more, own, other, shown in re.findall(
             rf"([\w-]+) (none|\d+) of \d+ have (less|more) than ([\w-]+), the (?:nearest|least|most) ([\w-]+)"
-            rf" \(({NUMBER})(?: \[{NUMBER}, {NUMBER}\])? times\)", text):
+            rf" \(({NUMBER})(?: to {NUMBER}| \[{NUMBER}, {NUMBER}\])? times\)", text):
         if name is None or system not in claims.store.systems:
             continue
 
@@ -731,10 +737,11 @@ def check_today(report, claims, what, title, text):
             if more == "less":
                 return claims.at_equal_speed(system, own, contender, name)
             turned = claims.at_equal_speed(system, contender, own, name)  # each point of what should have most
-            return turned and Ratio(1 / turned.value, None, None, None, None)
+            return turned and Ratio(1 / turned.value, turned.low and 1 / turned.high, turned.high and 1 / turned.low,
+                                    1 / turned.most, 1 / turned.least, turned.points)
         ratio = of(other)
         label = f"{what}: {name} of {other} over {own} on {system}"
-        report.printed("page", label, shown, ratio and ratio.value)
+        report.printed("page", label, shown, ratio and (ratio.least if ratio.points and ratio.low is not None else ratio.value))
         if step:
             ratios = [ratio for contender in claims.store.contenders
                       if contender not in (own, HARNESS) and (ratio := of(contender))]

@@ -201,7 +201,12 @@ Ratio Ratios::at_equal_speed(const std::string& system, const std::string& first
     high = quantile(resampled, 1 - tail) + by_speed_high;
   }
   ratio.state = Ratio::State::kThere;
+  ratio.points = count;
   ratio.value = {std::exp(sum / count), std::exp(low / count), std::exp(high / count)};
+  if (ratio.is_range()) {
+    ratio.value.low = std::min(ratio.value.low, ratio.least);
+    ratio.value.high = std::max(ratio.value.high, ratio.most);
+  }
   return ratio;
 }
 

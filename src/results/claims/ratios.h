@@ -21,8 +21,12 @@ struct Ratio {
   std::string why;
   Interval value;
   double least = 0, most = 0;   // of the speeds at which they were compared
+  int points = 0;               // so many speeds; 0: at one timestep
   bool by_speed = false;        // at equal speed; else at equal timesteps
   std::vector<Figure> figures;  // the two values, where the ratio is of two values alone
+
+  // No mean stands for ratios that span more than a decade: their range does, and is the interval too.
+  bool is_range() const { return most > 10 * least; }
 };
 
 class Ratios {
@@ -33,12 +37,13 @@ class Ratios {
   Ratio at_timestep(const std::string& system, const std::string& first, const std::string& second,
                     const std::string& value, double timestep_ms) const;
 
-  // The geometric mean over the second's points, each compared with the first at its realtime factor: interpolated
-  // between the first's points, logarithmically in both. A contender that is faster even at its smallest timestep keeps
-  // that timestep's value, because it can always idle. Where a system's speed was not measured, at equal timesteps.
-  // Points near the floor of a fine-step run, whose error is only bounded, are not compared. Where both are means over
-  // the same pieces of the motion, the interval is a bootstrap of the pieces, drawn alike for both; with pieces from
-  // several initial states, of these states with all their pieces (measures/clusters.h).
+  // The geometric mean over the second's points, or their range (Ratio::is_range), each compared with the first at its
+  // realtime factor: interpolated between the first's points, logarithmically in both. A contender that is faster even
+  // at its smallest timestep keeps that timestep's value, because it can always idle. Where a system's speed was not
+  // measured, at equal timesteps. Points near the floor of a fine-step run, whose error is only bounded, are not
+  // compared. Where both are means over the same pieces of the motion, the interval is a bootstrap of the pieces, drawn
+  // alike for both; with pieces from several initial states, of these states with all their pieces
+  // (measures/clusters.h).
   Ratio at_equal_speed(const std::string& system, const std::string& first, const std::string& second,
                        const std::string& value) const;
 

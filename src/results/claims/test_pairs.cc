@@ -1,6 +1,8 @@
 // Two engines compared.
 #include <algorithm>
 #include <cmath>
+#include <tuple>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -52,7 +54,7 @@ class Pairs {
       by_speed = by_speed || nearest->ratio.by_speed;
       sentence.push_back(pair_text(test, system, decisive, *nearest));
       tested.keys.push_back(
-          fmt::format("{} {} times ({})", system, figure_text(nearest->ratio.value.value), over_text(test, *nearest)));
+          fmt::format("{} {} times ({})", system, short_text(nearest->ratio), over_text(test, *nearest)));
       if (test.today && test.bound.kind == ClaimBound::Kind::kAbove) {
         if (const std::string text = today_text(test, system, nearest->mine); !text.empty()) today.push_back(text);
       }
@@ -178,13 +180,21 @@ class Pairs {
     return fmt::format("{} over {}", test.more ? pair.who : pair.rival, test.more ? pair.rival : pair.who);
   }
 
+  static std::string range_text(const Ratio& ratio) {
+    return fmt::format("{} to {}", figure_text(ratio.least), figure_text(ratio.most));
+  }
+  static std::string short_text(const Ratio& ratio) {
+    return ratio.is_range() ? range_text(ratio) : figure_text(ratio.value.value);
+  }
+
   static std::string pair_text(const ClaimTest& test, const std::string& system, const Field& field,
                                const Pair& nearest) {
-    std::string text = fmt::format("{} {} ({}", system, interval_text(nearest.ratio.value), over_text(test, nearest));
-    if (nearest.ratio.most > 1.01 * nearest.ratio.least) {
-      text +=
-          fmt::format(", {} to {} along the curve", figure_text(nearest.ratio.least), figure_text(nearest.ratio.most));
-    }
+    const Ratio& ratio = nearest.ratio;
+    std::string text =
+        fmt::format("{} {} ({}", system, ratio.is_range() ? range_text(ratio) : interval_text(ratio.value),
+                    over_text(test, nearest));
+    if (ratio.points > 1 && !ratio.is_range()) text += fmt::format(", {} along the curve", range_text(ratio));
+    if (ratio.points > 0) text += fmt::format(", {}", counted(static_cast<size_t>(ratio.points), "point"));
     if (nearest.truth == Truth::kUnsettled) text += ", which does not settle it";
     std::vector<std::string> out;
     for (const Pair& pair : field.pairs) {
@@ -197,18 +207,17 @@ class Pairs {
   // What the ratio says today, the larger of the two first.
   static std::string now_text(const ClaimTest& test, const Pair& pair) {
     const bool swapped = pair.ratio.value.value < 1;
-    const Interval ratio = swapped ? inverse(pair.ratio.value) : pair.ratio.value;
+    const Ratio ratio = swapped ? inverse(pair.ratio) : pair.ratio;
+    const std::string times = ratio.is_range() ? range_text(ratio) + " times" : times_text(ratio.value);
     // of the larger and the smaller value
     const bool mine_larger = test.more != swapped;
     const std::string &larger = mine_larger ? pair.who : pair.rival, &smaller = mine_larger ? pair.rival : pair.who;
     const ValueInfo info = value_info(test.value);
     if (reads(info.measure, Reads::kSteps) || reads(info.measure, Reads::kWholeRuns)) {
       const bool fast = info.better == Better::kHigh;
-      return fmt::format("{} is {} faster than {}", fast ? larger : smaller, times_text(ratio),
-                         fast ? smaller : larger);
+      return fmt::format("{} is {} faster than {}", fast ? larger : smaller, times, fast ? smaller : larger);
     }
-    return fmt::format("the {} of {} is {} that of {}", value_text(test.value, false), larger, times_text(ratio),
-                       smaller);
+    return fmt::format("the {} of {} is {} that of {}", value_text(test.value, false), larger, times, smaller);
   }
 
   static void add_reasons(const ClaimTest& test, const Field& field, Tested& tested) {
@@ -254,26 +263,32 @@ class Pairs {
   std::string today_text(const ClaimTest& test, const std::string& system, const std::string& mine) const {
     struct Other {
       std::string name;
-      Interval ratio;
+      Ratio ratio;
     };
     std::vector<Other> others;
     for (const std::string& other : evidence_.results.contenders()) {
       if (other == mine) continue;
-      const Ratio ratio = compare(test, system, mine, other);
-      if (ratio.state == Ratio::State::kThere) others.push_back({other, ratio.value});
+      Ratio ratio = compare(test, system, mine, other);
+      if (ratio.state == Ratio::State::kThere) others.push_back({other, std::move(ratio)});
     }
     if (others.empty()) return "";
-    const auto ahead = std::ranges::count_if(others, [](const Other& other) { return other.ratio.high < 1; });
-    const Other& nearest = *std::ranges::min_element(others, {}, [](const Other& other) { return other.ratio.value; });
+    const auto ahead = std::ranges::count_if(others, [](const Other& other) { return other.ratio.value.high < 1; });
+    const Other& nearest =
+        *std::ranges::min_element(others, {}, [](const Other& other) { return other.ratio.value.value; });
     const char* what = test.more ? "more" : "less";
     std::string which = "the nearest";
     if (ahead > 0) which = test.more ? "the most" : "the least";
+    const Ratio shown = test.more ? inverse(nearest.ratio) : nearest.ratio;
     return fmt::format("{} {} of {} have {} than {}, {} {} ({} times)", system,
                        ahead == 0 ? "none" : std::to_string(ahead), others.size(), what, mine, which, nearest.name,
-                       interval_text(test.more ? inverse(nearest.ratio) : nearest.ratio));
+                       shown.is_range() ? range_text(shown) : interval_text(shown.value));
   }
 
-  static Interval inverse(const Interval& of) { return {1 / of.value, 1 / of.high, 1 / of.low}; }
+  static Ratio inverse(Ratio of) {
+    of.value = {1 / of.value.value, 1 / of.value.high, 1 / of.value.low};
+    std::tie(of.least, of.most) = std::pair(1 / of.most, 1 / of.least);
+    return of;
+  }
 
   const Evidence& evidence_;
 };
