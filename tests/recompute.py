@@ -551,10 +551,10 @@ class Answers:
                 first, second = (who, rival) if test.get("is", "less") == "less" else (rival, who)
                 if first != second and (ratio := self.ratio(test, system, first, second)):
                     ratios.append((ratio.value, second, first, ratio))
-            ratios.sort(key=lambda entry: entry[0])
+            ratios.sort(key=lambda entry: (self.holds(test, entry[3]), entry[0]))
             if len(ratios) > test.get("but", 0):
-                truths = sorted(self.holds(test, entry[3]) for entry in ratios)
-                chosen.append((*ratios[test.get("but", 0)], truths[test.get("but", 0)]))
+                decides = ratios[test.get("but", 0)]
+                chosen.append((*decides, self.holds(test, decides[3])))
         if not chosen:
             return None
         pick = min if test.get("each") else max

@@ -112,7 +112,7 @@ class RunRobot(AssayTest):
             self.refused(*run, "--limit", "truth_eror=1mm", naming=["--limit", "'truth_eror'", "did you mean 'truth_error'?"])
             self.refused(*run, "--limit", "energy_drift=1J", naming=["--limit", "'energy_drift'", "not measured", "of 'arm'"])
             self.refused(*run, "--limit", "step_time=1us", naming=["--limit", "'step_time'", "no error"])
-            self.refused(*run, "--slip", "1mm", naming=["--slip", "not measured"])
+            self.refused(*run, "--slip", "1mm", naming=["--slip", "no slip is measured", "of 'arm'"])
             self.refused(*run, "--error", "1mm", "--limit", "truth_error_max=1mm", naming=["'truth_error_max'", "limited twice"])
             self.assertFalse((self.dir / "found/assay.sqlite").exists())
         # a right one mends what the wrong ones have left

@@ -152,7 +152,8 @@ class Pairs {
         if (pair.ratio.state == Ratio::State::kThere) there.push_back(&pair);
       }
       if (there.empty()) return nullptr;
-      std::ranges::stable_sort(there, {}, [](const Pair* pair) { return pair->ratio.value.value; });
+      std::ranges::stable_sort(there, {},
+                               [](const Pair* pair) { return std::pair(pair->truth, pair->ratio.value.value); });
       return there[std::min(but, there.size() - 1)];
     }
   };

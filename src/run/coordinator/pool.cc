@@ -32,12 +32,14 @@ constexpr std::array<int, 4> kSignals = {SIGINT, SIGTERM, SIGHUP, SIGALRM};
 
 // A handler has nothing but globals.
 std::atomic<int> interrupt_signal = 0;
+int interrupts = 0;  // so many Interrupts, one inside the other
 std::array<int, 2> interrupt_pipe = {-1, -1};
 std::array<struct sigaction, kSignals.size()> previous_actions;
 
 void on_signal(int number) {
   const int saved = errno;
-  interrupt_signal = number;
+  int expected = number == SIGALRM ? 0 : interrupt_signal.load();  // the user's goes before the budget's
+  interrupt_signal.compare_exchange_strong(expected, number);
   const char byte = 0;
   [[maybe_unused]] const ssize_t ignored = ::write(interrupt_pipe[1], &byte, 1);
   errno = saved;
@@ -56,6 +58,15 @@ struct Running {
 }  // namespace
 
 Interrupts::Interrupts() {
+  if (interrupts++ > 0) {
+    for (char byte = 0; ::read(interrupt_pipe[0], &byte, 1) == 1;) {
+    }
+    int alarm = SIGALRM;
+    if (!interrupt_signal.compare_exchange_strong(alarm, 0) && alarm != 0) {  // stays readable
+      [[maybe_unused]] const ssize_t ignored = ::write(interrupt_pipe[1], "", 1);
+    }
+    return;
+  }
   interrupt_signal = 0;
   if (::pipe2(interrupt_pipe.data(), O_CLOEXEC | O_NONBLOCK) != 0) {
     throw SystemError(fmt::format("cannot make a pipe: {}", std::strerror(errno)));
@@ -71,6 +82,7 @@ Interrupts::Interrupts() {
 }
 
 Interrupts::~Interrupts() {
+  if (--interrupts > 0) return;
   for (size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &previous_actions[i], nullptr);
   for (int& end : interrupt_pipe) ::close(std::exchange(end, -1));
 }

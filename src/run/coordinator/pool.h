@@ -12,7 +12,9 @@
 
 namespace assay {
 
-// From construction to destruction SIGINT, SIGTERM, SIGHUP and SIGALRM do not end the process: they are noted here.
+// From construction to destruction SIGINT, SIGTERM, SIGHUP and SIGALRM do not end the process: they are noted here. One
+// inside another goes on with what that has noted, but for SIGALRM, which ends one budget: no signal is lost between
+// them.
 class Interrupts {
  public:
   Interrupts();

@@ -15,6 +15,7 @@
 #include "base/text.h"
 #include "campaign/shards.h"
 #include "engines/registry.h"
+#include "run/coordinator/pool.h"
 #include "run/search/knowledge.h"
 
 namespace assay {
@@ -122,6 +123,8 @@ class Search {
       if (open) summary_.undecided.push_back(name(c));
     }
     summary_.wall_s = elapsed();
+    summary_.interrupted = interrupted();
+    if (summary_.interrupted) summary_.signal = interrupts_.signal();
     return summary_;
   }
 
@@ -131,7 +134,9 @@ class Search {
   }
   double elapsed() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
   double left() const { return options_.budget_s - elapsed(); }
-  bool over() const { return summary_.interrupted || left() <= 0; }
+  // By the user; SIGALRM is a budget's end.
+  bool interrupted() const { return interrupts_.signal() != 0 && interrupts_.signal() != SIGALRM; }
+  bool over() const { return interrupted() || left() <= 0; }
 
   const Engine& engine(int contender) const {
     return *campaign_.contenders[static_cast<size_t>(contender)].resolved.engine;
@@ -168,10 +173,6 @@ class Search {
     const RunSummary done = run_campaign(campaign_, options);
     summary_.cpu_s += done.cpu_s;
     summary_.failed_gate = done.failed_gate;
-    if (done.interrupted && done.signal != SIGALRM) {
-      summary_.interrupted = true;
-      summary_.signal = done.signal;
-    }
     for (const Missing& each : done.without_truth) {
       known_.leave_truth_out(each.name);
       summary_.without_truth.push_back(each);
@@ -422,6 +423,7 @@ class Search {
   std::vector<int> late_;        // after all others (starts_slowly)
   size_t wave_ = kFirst;         // how many have their look next
   std::set<int> passed_suite_;   // or failed it
+  const Interrupts interrupts_;
   SearchSummary summary_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
