@@ -1,0 +1,118 @@
+"""SuperDex: implicit integration in joint coordinates, with compliant contact at the quadrature points of surface meshes.
+
+README.md says what is exact, what is approximated, what is refused and which defaults are overridden.
+"""
+
+import assay_adapter as assay
+
+INTEGRATORS = {
+    "backward_euler": "backward Euler",
+    "bdf2": "BDF2",
+    "bdf3": "BDF3",
+    "dirk22": "DIRK22",
+    "dirk23": "DIRK23",
+    "dirk33": "DIRK33",
+    "symplectic_dirk12": "implicit midpoint",
+    "symplectic_dirk22": "symplectic DIRK22",
+}
+SHAPES = ("box", "cylinder", "ellipsoid", "hull", "height-field")
+LEFT_OUT = "left out: contacts resist neither spin about their normal nor rolling"
+
+
+class Engine(assay.Engine):
+    version = assay.pinned("superdex-physics", __file__)
+    source = f"PyPI superdex-physics and superdex-physics-fp64 {version}, prebuilt"
+
+    def settings(self):
+        return [
+            assay.Setting(name="integrator", default="backward_euler", choices=tuple(INTEGRATORS),
+                          meaning="SuperDex's IntegrationMethod (backward_euler is SuperDex's own default, bdf2 what its "
+                                  "makers recommend for accuracy)"),
+            assay.Setting(name="inertia", default="incremental_potential",
+                          choices=("incremental_potential", "newton_euler"),
+                          meaning="how a step writes the inertia of rotation: incremental_potential, which brakes what spins "
+                                  "(SuperDex's own default), or newton_euler"),
+            assay.Setting(name="iterations", default=50, minimum=1, maximum=1e6, role="iterations",
+                          meaning="most iterations of Newton's method in a stage (SuperDex's own default is 4)"),
+            assay.Setting(name="tolerance", default=1e-9, minimum=0.0, maximum=1.0, role="tolerance",
+                          meaning="residual of each actor at which they stop, relative to its inertia's and weight's scale "
+                                  "(SuperDex's own default is 1e-3)"),
+            assay.Setting(name="contact_stiffness", default=1e9, unit="Pa/m", minimum=1.0, maximum=1e15,
+                          role="contact_softness", meaning="pressure of contacts by their depth (1e9 is SuperDex's own default)"),
+            assay.Setting(name="contact_smoothing", default=1e-5, unit="m", minimum=0.0, maximum=1.0,
+                          meaning="half of the depth over which contacts reach their stiffness (SuperDex's own default is "
+                                  "5e-3)"),
+            assay.Setting(name="contact_threshold", default=0.0, unit="m", minimum=0.0, maximum=1.0,
+                          meaning="distance at which contacts begin to push (SuperDex's own default is 1e-3)"),
+            assay.Setting(name="contact_damping", default=100.0, unit="s/m", minimum=0.0, maximum=1e9,
+                          meaning="damping along a contact's normal, by its pressure: a body leaves at most at the inverse of "
+                                  "it (SuperDex's own default is 0)"),
+            assay.Setting(name="friction_velocity", default=1e-3, unit="m/s", minimum=1e-9, maximum=1.0,
+                          meaning="speed up to which a contact that sticks may slip (SuperDex's own default is 1e-2)"),
+            assay.Setting(name="joint_friction_velocity", default=1e-5, unit="rad/s or m/s", minimum=1e-12, maximum=1.0,
+                          meaning="speed up to which a joint that sticks may slip (SuperDex's own default is 1e-3)"),
+            assay.Setting(name="limit_stiffness", default=1e6, unit="Nm/rad or N/m", minimum=0.0, maximum=1e15,
+                          meaning="stiffness of joint limits (SuperDex's own default is 100)"),
+            assay.Setting(name="limit_damping", default=1e4, unit="Nms/rad or Ns/m", minimum=0.0, maximum=1e15,
+                          meaning="damping of joint limits (SuperDex's own default is 0)"),
+            assay.Setting(name="constraint_stiffness", default=1e8, unit="N/m or Nm/rad", minimum=0.0, maximum=1e15,
+                          meaning="stiffness of connects and welds (SuperDex's own default is 1e6)"),
+            assay.Setting(name="constraint_damping", default=1e6, unit="Ns/m or Nms/rad", minimum=0.0, maximum=1e15,
+                          meaning="damping of connects and welds (SuperDex's own default is 0)"),
+            assay.Setting(name="mesh_cells", default=16, minimum=4, maximum=128,
+                          meaning="triangles along a quarter of a circle or half of an edge: SuperDex touches at quadrature "
+                                  "points of surface meshes"),
+        ]
+
+    def contenders(self):
+        def contender(name, summary, **values):
+            return assay.Contender(name=name, summary=summary, set=values)
+
+        return [
+            contender("superdex", "SuperDex, backward Euler (SuperDex's own default)"),
+            contender("superdex-bdf2", "SuperDex, BDF2 (what its makers recommend for accuracy)", integrator="bdf2"),
+            contender("superdex-symplectic", "SuperDex, symplectic DIRK22 with Newton's and Euler's inertia",
+                      integrator="symplectic_dirk22", inertia="newton_euler"),
+        ]
+
+    def capabilities(self, settings):
+        features = {name: assay.exact() for name in ("slide", "ball", "massless", "dry-friction", "ball-armature", "ball-spring")}
+        features["ball-dry-friction"] = assay.exact()
+        for shape in SHAPES:
+            features[shape] = assay.exact()
+        for friction in ("torsional-friction", "rolling-friction"):
+            features[friction] = assay.approximated(LEFT_OUT)
+        for constraint in ("connect", "weld"):
+            features[constraint] = assay.approximated(
+                f"springs of {settings['constraint_stiffness']:g} N/m with dampers")
+        features["tendon-spring"] = assay.approximated("explicit tension from the state at the step's start")
+        inertia = "" if settings["inertia"] == "incremental_potential" else ", Newton's and Euler's inertia"
+        values = {}
+        if settings["integrator"] == "backward_euler":
+            values = {"contact_forces": "all",
+                      "contact_forces_note": "those of the step's solution at each quadrature point, times the timestep"}
+        return assay.Capabilities(
+            coordinates="joint", integrator=INTEGRATORS[settings["integrator"]] + inertia, order=1,
+            joint_solver="none (joint coordinates)", contact=True, joint_limits=True, torques=True, armature=True,
+            springs="native", spring_note="SuperDex's own constraints, implicit in each stage",
+            contact_solver="Newton's method on the whole step, line search",
+            contact_model=f"compliant, {settings['contact_stiffness']:g} Pa/m over the surface, Hunt-Crossley damping "
+                          f"{settings['contact_damping']:g} s/m",
+            friction_cone=f"elliptic, regularised below {settings['friction_velocity']:g} m/s",
+            friction_combine="the pair's coefficient, set for each pair",
+            iterations=f"at most {settings['iterations']} a stage, residual {settings['tolerance']:g}",
+            sleep="off (SuperDex's own default)", speed_limits="none", features=features, deviations=[], **values)
+
+    def check(self, model, settings):
+        limitations = []
+        for joint in [*model.joints, *model.balls]:
+            if joint.stiffness < 0 or joint.damping < 0:
+                limitations.append(assay.Limitation(
+                    element=f"joint '{joint.name}' stiffness and damping",
+                    what=assay.refused("SuperDex's springs and dampers cannot be negative: choose another engine")))
+        return limitations
+
+    def create(self, model, state, settings):
+        import superdex_world
+
+        return superdex_world.Simulation(model, state, settings)

@@ -1,0 +1,157 @@
+"""Closed triangle meshes of shapes, in their own frames: SuperDex's contact points are the quadrature points of such a mesh.
+Each function gives vertices (n, 3) in m and faces (m, 3), counter-clockwise from outside."""
+
+import numpy as np
+
+
+def of(model, shape, cells):
+    """`cells`: how many cells a quarter of a turn, or half of a box's edge, is divided into."""
+    if shape.type == "sphere":
+        return scaled(ball(cells), [shape.radius] * 3)
+    if shape.type == "ellipsoid":
+        return scaled(ball(cells), shape.half_size)
+    if shape.type == "capsule":
+        return capsule(shape.radius, shape.half_length, cells)
+    if shape.type == "cylinder":
+        return cylinder(shape.radius, shape.half_length, cells)
+    if shape.type == "box":
+        return box(shape.half_size, cells)
+    if shape.type == "hull":
+        hull = model.hulls[shape.data]
+        return divided(np.array(hull.vertices), np.array(hull.faces), cells)
+    return height_field(model.height_fields[shape.data])
+
+
+def scaled(mesh, factors):
+    return mesh[0] * np.array(factors), mesh[1]
+
+
+def split(vertices, faces):
+    """Each triangle as four."""
+    vertices, middle, made = list(vertices), {}, []
+
+    def half(a, b):
+        key = (a, b) if a < b else (b, a)
+        if key not in middle:
+            middle[key] = len(vertices)
+            vertices.append((vertices[a] + vertices[b]) / 2)
+        return middle[key]
+
+    for a, b, c in faces:
+        ab, bc, ca = half(a, b), half(b, c), half(c, a)
+        made += [(a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca)]
+    return np.array(vertices), np.array(made)
+
+
+def ball(cells):
+    """A divided icosahedron with the volume of the unit ball."""
+    g = (1 + 5 ** 0.5) / 2
+    vertices = np.array([(s * a, t * b, 0) for a, b in ((1, g),) for s in (-1, 1) for t in (-1, 1)], dtype=float)
+    vertices = np.concatenate([np.roll(vertices, k, axis=1) for k in range(3)])
+    edge = 2.0
+    near = [(i, j, k) for i in range(12) for j in range(i) for k in range(j)
+            if all(abs(np.linalg.norm(vertices[a] - vertices[b]) - edge) < 1e-9 for a, b in ((i, j), (j, k), (k, i)))]
+    faces = np.array([(a, b, c) if np.dot(np.cross(vertices[b] - vertices[a], vertices[c] - vertices[a]), vertices[a]) > 0
+                      else (a, c, b) for a, b, c in near])
+    vertices /= np.linalg.norm(vertices[0])
+    for _ in range(max(1, int(np.ceil(np.log2(cells / 1.42))))):  # an edge of the icosahedron is 1 / 1.42 of a quarter
+        vertices, faces = split(vertices, faces)
+        vertices /= np.linalg.norm(vertices, axis=1)[:, None]
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    volume = np.sum(a * np.cross(b, c)) / 6
+    return vertices * (4 / 3 * np.pi / volume) ** (1 / 3), faces
+
+
+def turned(profile, around):
+    """The surface that a profile of points (r, z), upwards from the axis to the axis, makes about z."""
+    angles = 2 * np.pi * np.arange(around) / around
+    # the polygon's area is the circle's
+    wider = np.sqrt(2 * np.pi / around / np.sin(2 * np.pi / around))
+    rings = [np.stack([r * wider * np.cos(angles), r * wider * np.sin(angles), np.full(around, z)], axis=1)
+             for r, z in profile[1:-1]]
+    vertices = np.concatenate([[(0, 0, profile[0][1])], *rings, [(0, 0, profile[-1][1])]])
+    faces, last, top = [], len(vertices) - 1, 1 + (len(rings) - 1) * around
+    for j in range(around):
+        k = (j + 1) % around
+        faces += [(0, 1 + k, 1 + j), (last, top + j, top + k)]
+        for ring in range(len(rings) - 1):
+            a, b = 1 + ring * around + j, 1 + ring * around + k
+            faces += [(a, b, b + around), (a, b + around, a + around)]
+    return vertices, np.array(faces)
+
+
+def capsule(radius, half_length, cells):
+    quarter = np.pi / 2 * np.arange(1, cells + 1) / cells
+    side = max(1, round(2 * half_length * cells / radius / (np.pi / 2)))
+    up = [(radius * np.sin(a), -half_length - radius * np.cos(a)) for a in quarter]
+    up += [(radius, half_length * (2 * i / side - 1)) for i in range(1, side + 1)]
+    up += [(radius * np.cos(a), half_length + radius * np.sin(a)) for a in quarter[:-1]]
+    return turned([(0, -half_length - radius), *up, (0, half_length + radius)], 4 * cells)
+
+
+def graded(count):
+    """From -1 to 1, denser at the ends, where a body that tips stands."""
+    return -np.cos(np.pi * np.arange(count + 1) / count)
+
+
+def cylinder(radius, half_length, cells):
+    rings = [(radius * np.sin(np.pi / 2 * i / cells), -half_length) for i in range(1, cells + 1)]
+    side = [(radius, half_length * z) for z in graded(2 * cells)[1:]]
+    return turned([(0, -half_length), *rings, *side, *((r, half_length) for r, _ in rings[-2::-1]), (0, half_length)],
+                  4 * cells)
+
+
+def box(half_size, cells):
+    steps, count = graded(2 * cells), 2 * cells + 1
+    number, vertices, faces = {}, [], []
+
+    def vertex(*at):
+        if at not in number:
+            number[at] = len(vertices)
+            vertices.append([half * steps[i] for half, i in zip(half_size, at)])
+        return number[at]
+
+    for axis in range(3):
+        one, two = (axis + 1) % 3, (axis + 2) % 3
+        for end in (0, count - 1):
+            def corner(i, j):
+                at = [0, 0, 0]
+                at[axis], at[one], at[two] = end, i, j
+                return vertex(*at)
+
+            for i in range(count - 1):
+                for j in range(count - 1):
+                    a, b, c, d = corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)
+                    faces += [(a, b, c), (a, c, d)] if end else [(a, c, b), (a, d, c)]
+    return np.array(vertices), np.array(faces)
+
+
+def divided(vertices, faces, cells):
+    """A hull with its faces divided until their edges are short beside it."""
+    size = np.ptp(vertices, axis=0).max()
+    while len(faces) < 20000:
+        edges = [np.linalg.norm(vertices[faces[:, k]] - vertices[faces[:, k - 1]], axis=1) for k in range(3)]
+        if np.max(edges) <= size / cells:
+            break
+        vertices, faces = split(vertices, faces)
+    return vertices, faces
+
+
+def height_field(field):
+    """The solid below the surface, down to the base."""
+    rows, columns = field.rows, field.columns
+    x, y = np.linspace(-field.half_x, field.half_x, columns), np.linspace(-field.half_y, field.half_y, rows)
+    top = np.array([(x[j], y[i], field.heights[i * columns + j]) for i in range(rows) for j in range(columns)])
+    bottom = top * [1, 1, 0] - [0, 0, max(field.base, 1e-3)]
+    under, faces = len(top), []
+    for i in range(rows - 1):
+        for j in range(columns - 1):
+            a = i * columns + j
+            b, c, d = a + 1, a + columns + 1, a + columns
+            # the diagonal is that of MuJoCo's prisms
+            faces += [(a, b, d), (b, c, d), (under + a, under + d, under + b), (under + b, under + d, under + c)]
+    rim = [j for j in range(columns)] + [i * columns + columns - 1 for i in range(1, rows)]
+    rim += [(rows - 1) * columns + j for j in range(columns - 2, -1, -1)] + [i * columns for i in range(rows - 2, 0, -1)]
+    for a, b in zip(rim, rim[1:] + rim[:1]):
+        faces += [(a, under + a, b), (b, under + a, under + b)]
+    return np.concatenate([top, bottom]), np.array(faces)
