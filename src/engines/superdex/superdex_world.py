@@ -119,6 +119,8 @@ class Simulation:
         solver.integration_method = getattr(dex.IntegrationMethod, settings["integrator"].upper())
         solver.non_linear_solver.max_iter = settings["iterations"]
         solver.non_linear_solver.abs_tol = settings["tolerance"]
+        solver.non_linear_solver.rel_tol = 1e-3 * settings["tolerance"]
+        solver.non_linear_solver.stop_if_no_improvement = settings["tolerance"] < 1e-6  # which may be below rounding
         solver.non_linear_solver.verbosity = dex.VerbosityLevel.SILENT
         solver.linear_solver.verbosity = dex.VerbosityLevel.SILENT
         self.scene.set_solver_params(solver)
