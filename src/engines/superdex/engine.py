@@ -34,7 +34,7 @@ class Engine(assay.Engine):
                                   "(SuperDex's own default), or newton_euler"),
             assay.Setting(name="iterations", default=50, minimum=1, maximum=1e6, role="iterations",
                           meaning="most iterations of Newton's method in a stage (SuperDex's own default is 4)"),
-            assay.Setting(name="tolerance", default=1e-14, minimum=0.0, maximum=1.0, role="tolerance",
+            assay.Setting(name="tolerance", default=1e-12, minimum=0.0, maximum=1.0, role="tolerance",
                           meaning="residual of each actor at which they stop, relative to its inertia's and weight's scale "
                                   "(SuperDex's own default is 1e-3)"),
             assay.Setting(name="contact_stiffness", default=1e9, unit="Pa/m", minimum=1.0, maximum=1e15,

@@ -155,3 +155,73 @@ def height_field(field):
     for a, b in zip(rim, rim[1:] + rim[:1]):
         faces += [(a, under + a, b), (b, under + a, under + b)]
     return np.concatenate([top, bottom]), np.array(faces)
+
+
+# ---- signed distances, negative inside: SuperDex takes them from a grid where a shape is neither a ball nor a box ---------
+
+def distance(model, shape, points):
+    """Of points (n, 3) in the shape's frame; outside, where contacts do not push, a lower bound is enough."""
+    if shape.type == "capsule":
+        z = np.clip(points[:, 2], -shape.half_length, shape.half_length)
+        return np.sqrt(points[:, 0] ** 2 + points[:, 1] ** 2 + (points[:, 2] - z) ** 2) - shape.radius
+    if shape.type == "cylinder":
+        side = np.hypot(points[:, 0], points[:, 1]) - shape.radius
+        return np.maximum(side, np.abs(points[:, 2]) - shape.half_length)
+    if shape.type == "ellipsoid":
+        return ellipsoid_distance(np.array(shape.half_size), points)
+    if shape.type == "hull":
+        hull = model.hulls[shape.data]
+        vertices, faces = np.array(hull.vertices), np.array(hull.faces)
+        a, b, c = (vertices[faces[:, k]] for k in range(3))
+        normals = np.cross(b - a, c - a)
+        lengths = np.linalg.norm(normals, axis=1)
+        normals = normals[lengths > 0] / lengths[lengths > 0, None]
+        planes = np.unique(np.round(np.c_[normals, np.sum(normals * a[lengths > 0], axis=1)], 12), axis=0)
+        return np.max(points @ planes[:, :3].T - planes[:, 3], axis=1)
+    return field_distance(model.height_fields[shape.data], points)
+
+
+def ellipsoid_distance(half, points):
+    """To the nearest point x = p a^2 / (a^2 + t) of the surface, by Newton's method on its condition for t."""
+    p, square = np.abs(points), half**2
+    smallest = np.argmin(half)
+    t = -square[smallest] + half[smallest] * np.maximum(p[:, smallest], 1e-6 * half[smallest])
+    for _ in range(12):  # from below: the condition is convex there
+        q = half * p / (square + t[:, None])
+        t += (np.sum(q * q, axis=1) - 1) / np.sum(2 * q * q / (square + t[:, None]), axis=1)
+    nearest = p * square / (square + t[:, None])
+    inside = np.sum((p / half) ** 2, axis=1) < 1
+    return np.linalg.norm(p - nearest, axis=1) * np.where(inside, -1, 1)
+
+
+def field_distance(field, points):
+    """Along the normal of the triangle above or below."""
+    heights = np.reshape(np.array(field.heights), (field.rows, field.columns))
+    dx, dy = 2 * field.half_x / (field.columns - 1), 2 * field.half_y / (field.rows - 1)
+    u, v = (points[:, 0] + field.half_x) / dx, (points[:, 1] + field.half_y) / dy
+    j, i = (np.clip(np.floor(each).astype(int), 0, most - 2) for each, most in ((u, field.columns), (v, field.rows)))
+    u, v = u - j, v - i
+    a, b, c, d = heights[i, j], heights[i, j + 1], heights[i + 1, j + 1], heights[i + 1, j]
+    near = u + v <= 1
+    along, across = np.where(near, b - a, c - d), np.where(near, d - a, c - b)
+    height = np.where(near, a + u * (b - a) + v * (d - a), c + (1 - u) * (d - c) + (1 - v) * (b - c))
+    top = (points[:, 2] - height) / np.sqrt(1 + (along / dx) ** 2 + (across / dy) ** 2)
+    side = np.maximum(np.abs(points[:, 0]) - field.half_x, np.abs(points[:, 1]) - field.half_y)
+    return np.maximum(np.maximum(top, side), -max(field.base, 1e-3) - points[:, 2])
+
+
+def grid(model, shape, vertices, cells):
+    """Signed distances on a grid around the mesh: its lower and upper corner, the mesh's, numbers along x, y, z, values with z
+    changing fastest."""
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    size = high - low
+    if shape.type == "height-field":
+        field = model.height_fields[shape.data]
+        count = np.array([4 * (field.columns - 1) + 3, 4 * (field.rows - 1) + 3, 4 * cells])
+    else:
+        count = np.ceil(size / np.min(size) * 2 * cells).astype(int) + 3
+    step = size / (count - 3)
+    first, last = low - step, high + step
+    axes = [np.linspace(first[k], last[k], count[k]) for k in range(3)]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    return first, last, low, high, count, distance(model, shape, points)

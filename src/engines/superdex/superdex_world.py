@@ -72,7 +72,7 @@ class Frame:
         return self.p + self.R @ np.array(point)
 
 
-_meshes = []  # of the last models: the model, the number of cells, SuperDex's shapes by what they are made of
+_meshes = []  # of the last models: the model, the number of cells, SuperDex's shapes by their geometry
 
 
 def meshes_of(model, cells):
@@ -94,6 +94,9 @@ class Simulation:
         self.used = {}  # by body or world: the shapes that are in a pair
         for index in sorted({each for pair in model.contacts for each in (pair.shape_a, pair.shape_b)}):
             self.used.setdefault(model.shapes[index].body, []).append(index)
+        # those that points of another body look for: planes have none, and static shapes none either
+        self.probed = {a for pair in model.contacts
+                       for a, b in ((pair.shape_a, pair.shape_b), (pair.shape_b, pair.shape_a)) if model.shapes[b].body >= 0}
         self.frames, self.actor_of = [None] * len(model.bodies), {}
         self.trees, self.rigid = [], []
         self.reference = np.array([joint.reference for joint in model.joints])
@@ -111,7 +114,7 @@ class Simulation:
         self.queries = []
 
     def __del__(self):
-        if hasattr(self, "scene"):
+        if hasattr(self, "scene") and dex.is_initialized():
             dex.destroy_scene(self.scene)
 
     def set_solver(self):
@@ -143,17 +146,32 @@ class Simulation:
         """SuperDex's shape in an actor's frame, in which the body's is `frame`; its own, without one. A box is found as the
         box around its mesh, along the actor's axes."""
         shape = self.model.shapes[index]
-        key = (index, None if frame is None else (*frame.p, *frame.q))
+        kind = {"plane": "PLANE", "sphere": "SPHERE", "box": "BOX"}.get(shape.type, "SDF")
+        if index not in self.probed:
+            kind = "NONE"
+        p, q = np.zeros(3), np.array([1.0, 0, 0, 0])
+        if frame is not None:
+            p, q = frame.local(shape.X_BS.p), product(frame.q, shape.X_BS.q)
+        made_of = [getattr(shape, each, None) for each in ("type", "radius", "half_length", "half_size", "data")]
+        key = repr((made_of, kind == "SDF", p.tolist(), q.tolist()))
         if key not in self.shapes:
-            if shape.type == "plane":
-                self.shapes[key] = dex.create_plane_shape([0.0, 0.0, 1.0], 0.0)
-            else:
-                vertices, faces = superdex_mesh.of(self.model, shape, self.settings["mesh_cells"])
-                if frame is not None:
-                    vertices = (vertices @ rotation_of(shape.X_BS.q).T + shape.X_BS.p) @ frame.R.T + frame.p
-                self.shapes[key] = dex.create_tri_mesh_shape(vertices.ravel().tolist(), faces.ravel().tolist())
-        kind = {"plane": "PLANE", "sphere": "SPHERE", "box": "BOX"}.get(shape.type, "MESH")
+            self.shapes[key] = self.new_shape(shape, kind, p, q)
         return {"shape": self.shapes[key], "collider_type": getattr(dex.ColliderType, kind), "contact": self.contact()}
+
+    def new_shape(self, shape, kind, p, q):
+        if shape.type == "plane":
+            return dex.create_plane_shape([0.0, 0.0, 1.0], 0.0)
+        cells = self.settings["mesh_cells"]
+        vertices, faces = superdex_mesh.of(self.model, shape, cells)
+        values = {}
+        if kind == "SDF":
+            first, last, low, high, count, distances = superdex_mesh.grid(self.model, shape, vertices, cells)
+            values["sdf"] = dex.GridSdfData(
+                dims=[int(each) for each in count], values=distances, bounds=dex.Aabb(first.tolist(), last.tolist()),
+                negative_value_bounds=dex.Aabb(low.tolist(), high.tolist()), rotation=quaternion(q), translation=p.tolist())
+        coordinates = vertices @ rotation_of(q).T + p
+        return dex.create_model_shape(mesh=dex.MeshData(nodes_per_element=3, coordinates=coordinates.ravel(),
+                                                        connectivity=faces.ravel().astype(np.int32)), **values)
 
     def make_tree(self, bodies, state):
         root = self.model.bodies[bodies[0]]
