@@ -37,14 +37,20 @@ class Engine(assay.Engine):
             assay.Setting(name="tolerance", default=1e-12, minimum=0.0, maximum=1.0, role="tolerance",
                           meaning="residual of each actor at which they stop, relative to its inertia's and weight's scale "
                                   "(SuperDex's own default is 1e-3)"),
-            assay.Setting(name="contact_stiffness", default=1e9, unit="Pa/m", minimum=1.0, maximum=1e15,
+            assay.Setting(name="exact_hessian", default=True,
+                          meaning="Newton's method with the derivatives of friction and saturation themselves instead of fitted "
+                                  "ones (SuperDex's own default is off)"),
+            assay.Setting(name="implicit_friction", default=True,
+                          meaning="friction and damping of contacts by the pressure at a stage's end, not at its start "
+                                  "(SuperDex's own default is off)"),
+            assay.Setting(name="contact_stiffness", default=1e11, unit="Pa/m", minimum=1.0, maximum=1e15,
                           role="contact_softness", meaning="pressure of contacts by their depth (1e9 is SuperDex's own default)"),
             assay.Setting(name="contact_smoothing", default=1e-5, unit="m", minimum=0.0, maximum=1.0,
                           meaning="half of the depth over which contacts reach their stiffness (SuperDex's own default is "
                                   "5e-3)"),
             assay.Setting(name="contact_threshold", default=0.0, unit="m", minimum=0.0, maximum=1.0,
                           meaning="distance at which contacts begin to push (SuperDex's own default is 1e-3)"),
-            assay.Setting(name="contact_damping", default=100.0, unit="s/m", minimum=0.0, maximum=1e9,
+            assay.Setting(name="contact_damping", default=10.0, unit="s/m", minimum=0.0, maximum=1e9,
                           meaning="damping along a contact's normal, by its pressure: a body leaves at most at the inverse of "
                                   "it (SuperDex's own default is 0)"),
             assay.Setting(name="friction_velocity", default=1e-3, unit="m/s", minimum=1e-9, maximum=1.0,
@@ -59,7 +65,7 @@ class Engine(assay.Engine):
                           meaning="stiffness of connects and welds (SuperDex's own default is 1e6)"),
             assay.Setting(name="constraint_damping", default=1e6, unit="Ns/m or Nms/rad", minimum=0.0, maximum=1e15,
                           meaning="damping of connects and welds (SuperDex's own default is 0)"),
-            assay.Setting(name="mesh_cells", default=16, minimum=4, maximum=128,
+            assay.Setting(name="mesh_cells", default=12, minimum=4, maximum=128,
                           meaning="triangles along a quarter of a circle or half of an edge: SuperDex touches at quadrature "
                                   "points of surface meshes"),
         ]
@@ -71,6 +77,9 @@ class Engine(assay.Engine):
         return [
             contender("superdex", "SuperDex, backward Euler (SuperDex's own default)"),
             contender("superdex-bdf2", "SuperDex, BDF2 (what its makers recommend for accuracy)", integrator="bdf2"),
+            contender("superdex-default", "SuperDex with its own defaults", iterations=4, tolerance=1e-3, exact_hessian=False,
+                      implicit_friction=False, contact_stiffness=1e9, contact_smoothing=5e-3, contact_threshold=1e-3, contact_damping=0.0, friction_velocity=1e-2,
+                      joint_friction_velocity=1e-3, limit_stiffness=100.0, limit_damping=0.0),
             contender("superdex-symplectic", "SuperDex, symplectic DIRK22 with Newton's and Euler's inertia",
                       integrator="symplectic_dirk22", inertia="newton_euler"),
         ]

@@ -82,11 +82,11 @@ def turned(profile, around):
 
 def capsule(radius, half_length, cells):
     quarter = np.pi / 2 * np.arange(1, cells + 1) / cells
-    side = max(1, round(2 * half_length * cells / radius / (np.pi / 2)))
+    side = max(1, round(2 * half_length * cells / radius / 5))
     up = [(radius * np.sin(a), -half_length - radius * np.cos(a)) for a in quarter]
     up += [(radius, half_length * (2 * i / side - 1)) for i in range(1, side + 1)]
     up += [(radius * np.cos(a), half_length + radius * np.sin(a)) for a in quarter[:-1]]
-    return turned([(0, -half_length - radius), *up, (0, half_length + radius)], 4 * cells)
+    return turned([(0, -half_length - radius), *up, (0, half_length + radius)], 8 * cells)
 
 
 def graded(count):
@@ -98,7 +98,7 @@ def cylinder(radius, half_length, cells):
     rings = [(radius * np.sin(np.pi / 2 * i / cells), -half_length) for i in range(1, cells + 1)]
     side = [(radius, half_length * z) for z in graded(2 * cells)[1:]]
     return turned([(0, -half_length), *rings, *side, *((r, half_length) for r, _ in rings[-2::-1]), (0, half_length)],
-                  4 * cells)
+                  8 * cells)  # with fewer sides it loses speed as it rolls
 
 
 def box(half_size, cells):
@@ -127,14 +127,31 @@ def box(half_size, cells):
 
 
 def divided(vertices, faces, cells):
-    """A hull with its faces divided until their edges are short beside it."""
+    """A hull with its faces divided, finely where they end at an edge, on which a body that tips stands. Neighbours are divided
+    apart from each other, which leaves no gaps between flat faces."""
     size = np.ptp(vertices, axis=0).max()
-    while len(faces) < 20000:
-        edges = [np.linalg.norm(vertices[faces[:, k]] - vertices[faces[:, k - 1]], axis=1) for k in range(3)]
-        if np.max(edges) <= size / cells:
-            break
-        vertices, faces = split(vertices, faces)
-    return vertices, faces
+    corners = vertices[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+    across = {}
+    for face, (a, b, c) in enumerate(faces.tolist()):
+        for edge in ((a, b), (b, c), (c, a)):
+            across.setdefault(frozenset(edge), []).append(face)
+    # by edge from each corner to the next: whether the surface bends there
+    bent = np.array([[any(normals[face] @ normals[other] < 0.95 for other in across[frozenset(edge)])
+                      for edge in ((a, b), (b, c), (c, a))] for face, (a, b, c) in enumerate(faces.tolist())])
+    done = []
+    while len(corners) and sum(map(len, done)) + 4 * len(corners) < 40000:
+        a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+        longest = np.max([np.linalg.norm(b - a, axis=1), np.linalg.norm(c - b, axis=1), np.linalg.norm(a - c, axis=1)], axis=0)
+        fine = longest <= size / np.where(bent.any(axis=1), 6 * cells, cells)
+        done.append(corners[fine])
+        (a, b, c), (ab, bc, ca) = (each[~fine] for each in (a, b, c)), bent[~fine].T
+        m, n, o, no = (a + b) / 2, (b + c) / 2, (c + a) / 2, np.zeros(len(a), dtype=bool)
+        corners = np.concatenate([np.stack(each, axis=1) for each in ((a, m, o), (b, n, m), (c, o, n), (m, n, o))])
+        bent = np.concatenate([np.stack(each, axis=1) for each in ((ab, no, ca), (bc, no, ab), (ca, no, bc), (no, no, no))])
+    corners = np.concatenate([*done, corners])
+    return corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
 
 
 def height_field(field):

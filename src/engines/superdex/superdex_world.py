@@ -123,9 +123,11 @@ class Simulation:
         solver.non_linear_solver.max_iter = settings["iterations"]
         solver.non_linear_solver.abs_tol = settings["tolerance"]
         solver.non_linear_solver.rel_tol = 1e-3 * settings["tolerance"]
-        solver.non_linear_solver.stop_if_no_improvement = settings["tolerance"] < 1e-6  # which may be below rounding
         solver.non_linear_solver.verbosity = dex.VerbosityLevel.SILENT
         solver.linear_solver.verbosity = dex.VerbosityLevel.SILENT
+        solver.experimental_eval.implicit_normal_force_for_dissipation = settings["implicit_friction"]
+        if settings["exact_hessian"]:
+            solver.experimental_eval.fitted_saturation_hessian = dex.SaturationHessianParams.all(False)
         self.scene.set_solver_params(solver)
 
     def contact(self):
@@ -316,8 +318,7 @@ class Simulation:
         if b < 0:
             turn = product(conjugate(q_AB), conjugate(frame.q))
             self.scene.create_rigid_pivot_rotation_constraint(
-                actor=frame.actor.get_handle(), target_rotation=quaternion(turn),
-                local_rotation=quaternion((1, 0, 0, 0)), **self.spring())
+                actor=frame.actor.get_handle(), target_rotation=rotation_vector(turn).tolist(), **self.spring())
             return
         other = self.frames[b]
         made = self.scene.create_joint_rotation_tracking_constraint(
