@@ -76,7 +76,8 @@ class Engine(assay.Engine):
 
         return [
             contender("superdex", "SuperDex, backward Euler (SuperDex's own default)"),
-            contender("superdex-bdf2", "SuperDex, BDF2 (what its makers recommend for accuracy)", integrator="bdf2"),
+            contender("superdex-bdf2", "SuperDex, BDF2 (what its makers recommend for accuracy)", integrator="bdf2",
+                      inertia="newton_euler"),
             contender("superdex-default", "SuperDex with its own defaults", iterations=4, tolerance=1e-3, exact_hessian=False,
                       implicit_friction=False, contact_stiffness=1e9, contact_smoothing=5e-3, contact_threshold=1e-3, contact_damping=0.0, friction_velocity=1e-2,
                       joint_friction_velocity=1e-3, limit_stiffness=100.0, limit_damping=0.0),
