@@ -45,6 +45,32 @@ class Scene:
         return self
 
 
+    def ball(self, mass, radius, place, velocity, contact, cells=32):
+        """A ball of triangles, and the plane z = 0."""
+        around, up = 4 * cells, 2 * cells
+        points = [[0, 0, -radius]]
+        for i in range(1, up):
+            a = np.pi * i / up
+            points += [[radius * np.sin(a) * np.cos(2 * np.pi * j / around), radius * np.sin(a) * np.sin(2 * np.pi * j / around),
+                        -radius * np.cos(a)] for j in range(around)]
+        points.append([0, 0, radius])
+        faces, last = [], 1 + (up - 2) * around
+        for j in range(around):
+            k = (j + 1) % around
+            faces += [[0, 1 + k, 1 + j], [last + j, last + k, len(points) - 1]]
+            for i in range(up - 2):
+                a, b = 1 + i * around + j, 1 + i * around + k
+                faces += [[a, b, b + around], [a, b + around, a + around]]
+        shape = dex.create_tri_mesh_shape(np.ravel(points), np.ravel(faces).astype(np.int32))
+        I = 0.4 * mass * radius**2
+        params = dex.ContactParams(**contact)
+        self.scene.create_rigid_actor(shape=dex.create_plane_shape([0.0, 0.0, 1.0], 0.0), is_static=True, contact=params)
+        return self.scene.create_rigid_actor(
+            shape=shape, mass=mass, center_of_mass=[0, 0, 0], moment_of_inertia=[I, 0, 0, I, 0, I], contact=params,
+            collider_type=dex.ColliderType.NONE, world_from_local=dex.TransformRT(translation=list(place)),
+            linear_velocity=list(velocity))
+
+
 def pose(actor):
     q = np.zeros(actor.get_num_dofs())
     actor.get_articulated_pose(q)

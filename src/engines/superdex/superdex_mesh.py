@@ -98,7 +98,7 @@ def cylinder(radius, half_length, cells):
     rings = [(radius * np.sin(np.pi / 2 * i / cells), -half_length) for i in range(1, cells + 1)]
     side = [(radius, half_length * z) for z in graded(2 * cells)[1:]]
     return turned([(0, -half_length), *rings, *side, *((r, half_length) for r, _ in rings[-2::-1]), (0, half_length)],
-                  8 * cells)  # with fewer sides it loses speed as it rolls
+                  10 * cells)  # with fewer sides it loses speed as it rolls
 
 
 def box(half_size, cells):

@@ -339,7 +339,10 @@ class Simulation:
     def contacts(self):
         found = []
         for actor, _ in self.queries:
+            own = actor.get_handle().value
             for point in actor.get_contact_points_world():
+                if point.actor_a.value != own:  # the other actor gives it, too
+                    continue
                 a, b = self.number[point.actor_a.value], self.number[point.actor_b.value]
                 found.append([a, b, *point.pos_a, *(-np.array(point.normal)), point.distance,
                               *(-self.timestep * np.array(point.force))])
