@@ -64,7 +64,7 @@ def ball(cells):
 
 def turned(profile, around):
     """The surface that a profile of points (r, z), upwards from the axis to the axis, makes about z."""
-    angles = 2 * np.pi * np.arange(around) / around
+    angles = 2 * np.pi * (np.arange(around) + 0.5) / around  # sides, not edges, point along the axes
     # the polygon's area is the circle's
     wider = np.sqrt(2 * np.pi / around / np.sin(2 * np.pi / around))
     rings = [np.stack([r * wider * np.cos(angles), r * wider * np.sin(angles), np.full(around, z)], axis=1)
@@ -96,9 +96,9 @@ def graded(count):
 
 def cylinder(radius, half_length, cells):
     rings = [(radius * np.sin(np.pi / 2 * i / cells), -half_length) for i in range(1, cells + 1)]
-    side = [(radius, half_length * z) for z in graded(2 * cells)[1:]]
+    side = [(radius, half_length * z) for z in graded(cells)[1:]]
     return turned([(0, -half_length), *rings, *side, *((r, half_length) for r, _ in rings[-2::-1]), (0, half_length)],
-                  10 * cells)  # with fewer sides it loses speed as it rolls
+                  20 * cells)  # with fewer it loses speed as it rolls, and rests on its sides
 
 
 def box(half_size, cells):
