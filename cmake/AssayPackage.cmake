@@ -11,8 +11,9 @@ configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/assayConfig.cmake.in $
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/assayConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/assayConfig.cmake ${PROJECT_BINARY_DIR}/assayConfigVersion.cmake
   DESTINATION ${package_dir})
-foreach(header base/errors.h base/hash.h base/text.h engines/adapter.h engines/engine.h model/ellipsoid.h model/features.h
-    model/geometry.h model/joint_rows.h model/kinematics.h model/massless.h model/model.h model/state.h)
+foreach(header base/errors.h base/hash.h base/text.h engines/adapter.h engines/engine.h engines/springs.h
+    model/actuator_force.h model/ellipsoid.h model/features.h model/geometry.h model/joint_rows.h model/kinematics.h
+    model/massless.h model/model.h model/state.h)
   get_filename_component(folder ${header} DIRECTORY)
   install(FILES ${PROJECT_SOURCE_DIR}/src/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/assay/${folder})
 endforeach()

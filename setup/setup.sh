@@ -89,7 +89,8 @@ start_progress() {
 note_progress() { echo "$1 ${SECONDS}" >>"${progress_done}"; }
 end_progress() {
   [[ -n ${progress:-} ]] || return 0
-  kill "${progress}" 2>/dev/null || true
+  # not SIGTERM: a subshell that has just begun would run the trap of this shell
+  kill -KILL "${progress}" 2>/dev/null || true
   rm -f "${progress_done}"
   progress=""
 }
@@ -626,7 +627,8 @@ if [[ $((${#python_engines[@]} + ${#built_engines[@]})) -gt 0 ]]; then
   set_up_pieces
   # what ./assay runs was built without them
   rm -f "${root}/build/product/stamp"
-  say "ready: ${python_engines[*]}${python_engines[*]:+ }${built_engines[*]}"
+  ready=("${python_engines[@]}" "${built_engines[@]}")
+  say "ready: ${ready[*]}"
   exit
 fi
 if [[ -n ${package} ]]; then

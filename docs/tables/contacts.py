@@ -17,7 +17,7 @@ SHOWN = {
     "MuJoCo": ("mujoco-default", "mujoco-euler-elliptic", "mujoco-euler-noslip"), "MuJoCo Warp": ("mujoco-warp",), "MJX": ("mjx",),
     "Newton": ("newton-mujoco", "newton-steel"), "Bullet": ("bullet-si-f64", "bullet-mb", "bullet-default"),
     "ODE": ("ode-quick", "ode-default"), "PhysX 5.1": ("physx-d6-pgs4", "physx-art-tgs4"), "PhysX 5.6": ("physx56-d6-pgs", "physx56-art-tgs4"),
-    "Havok": ("havok", "havok-default"), "Jolt": ("jolt-f64", "jolt-default"), "Rapier": ("rapier-impulse-f64", "rapier-default"),
+    "Havok": ("havok", "havok-default"), "Jolt": ("jolt-f64", "jolt-default"), "Box3D": ("box3d", "box3d-default"), "Rapier": ("rapier-impulse-f64", "rapier-default"),
     "DART": ("dart", "dart-default"), "DART 6.20": ("dartpy",), "Drake": ("drake-sap", "drake-similar"), "Genesis": ("genesis",)}
 CLOSE_M = 1e-3  # "within 1 mm"
 HEADLINE_MS = 1  # the timestep of the comparison

@@ -17,7 +17,7 @@ def at(p, R=None):
 class Scene:
     """Free bodies with one shape each, and the plane z = 0."""
 
-    def __init__(self, solver, timestep):
+    def __init__(self, solver, timestep, iterations=50):
         self.world = world = dart.simulation.World("scene")
         world.setTimeStep(timestep)
         world.setGravity([0, 0, -G])
@@ -29,7 +29,7 @@ class Scene:
         if solver == "pgs":
             other = dart.simulation.World("other").getConstraintSolver()
             for pgs in (other.getSecondaryBoxedLcpSolver(), constraints.getSecondaryBoxedLcpSolver()):
-                pgs.setOption(dart.constraint.PgsBoxedLcpSolverOption(50))
+                pgs.setOption(dart.constraint.PgsBoxedLcpSolverOption(iterations))
             constraints.setBoxedLcpSolver(other.getSecondaryBoxedLcpSolver())
         elif solver == "nsgs":
             constraints.setBoxedLcpSolver(dart.constraint.NsgsFrictionSolver())

@@ -23,7 +23,7 @@ class Scene:
 
     def __init__(self, approximation, timestep, gravity=(0, 0, -G), friction=0.5):
         self.builder = DiagramBuilder()
-        self.plant, _ = AddMultibodyPlant(MultibodyPlantConfig(
+        self.plant, self.graph = AddMultibodyPlant(MultibodyPlantConfig(
             time_step=timestep, contact_model="point", discrete_contact_approximation=approximation,
             adjacent_bodies_collision_filters=False, use_sampled_output_ports=False), self.builder)
         self.plant.mutable_gravity_field().set_gravity_vector(gravity)

@@ -72,7 +72,8 @@ class Conformance(AssayTest):
         support = {contender: group["support"] for group in groups for contender in group["contenders"]}
         needs = {"ellipsoid-rocks": "ellipsoid", "planar-root": "massless", "massless-joints": "massless",
                  "random-massless-trees": "massless", "coupling-distances": "coupling", "weld-distances": "weld",
-                 "connect-distances": "connect", "rolling-slows": "rolling-friction", "height-field-edges": "height-field"}
+                 "connect-distances": "connect", "rolling-slows": "rolling-friction", "height-field-edges": "height-field",
+                 "cylinder-rolls": "cylinder", "cylinders-at-rest": "cylinder", "cylinders-on-field": "cylinder"}
         for row in self.assay_json("engines", "--json")["contenders"]:
             for deviation in row["capabilities"]["deviations"]:
                 with self.subTest(contender=row["contender"], test=deviation["test"]):

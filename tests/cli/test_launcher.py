@@ -6,6 +6,7 @@ A small clone stands for the real one: its set-up does nothing and its cmake wri
 import fcntl
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 
@@ -288,6 +289,13 @@ class SetUp(AssayTest):
             run = self.start(clone, "--engines", *arguments)
             self.assertIn(said, run.communicate(timeout=60)[1])
             self.assertEqual(run.returncode, 2)
+
+    def test_progress_that_ends_as_it_begins_says_nothing(self):
+        script = (SOURCE / "setup/setup.sh").read_text(encoding="utf-8")
+        functions = re.search(r"^start_progress\(\) \{\n.*?^trap end_progress EXIT\n", script, re.MULTILINE | re.DOTALL)[0]
+        program = "set -euo pipefail\n" + functions + "for i in {1..20}; do start_progress work; end_progress; /bin/true; done"
+        done = subprocess.run(["bash", "-c", program], capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stdout + done.stderr), (0, ""))
 
     def test_other_recipe_is_another_piece(self):
         one, two = self.clones

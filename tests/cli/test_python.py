@@ -7,7 +7,9 @@ import importlib.util
 import io
 import json
 import os
+import pathlib
 import re
+import shutil
 import sqlite3
 import subprocess
 import sys
@@ -129,7 +131,7 @@ class Simulation:
 
 
 ON_DEMAND = {"drake": "drake-sap", "dartpy": "dartpy", "mujoco-warp": "mujoco-warp",
-             "newton": "newton-steel", "mjx": "mjx", "genesis": "genesis"}  # engine: one of its contenders
+             "newton": "newton-steel", "mjx": "mjx", "genesis": "genesis", "superdex": "superdex"}  # engine: one of its contenders
 
 # the same equations and integrator in C++, the largest difference of positions after 250 steps of the chain, m, and precision
 SAME_AS = {"drake-sap": ("mujoco-euler", 1e-9, "double"), "dartpy": ("dart", 1e-12, "double"),
@@ -301,7 +303,8 @@ class Declarations(PythonTest):
             self.assertIn("assay-engine-null.so", loaded)
             self.assertNotIn("libpython3", loaded)
         self.env["LD_DEBUG"] = "files"
-        self.assertIn("libpython3", self.run_assay("check", "planar-chain").stderr)
+        self.assertIn("libpython3", self.run_assay("simulate", "planar-chain", "--engine", "empty", "--contacts", "off", "--timestep", 1,
+                                                   "--duration", 0.01, "--out", "-").stderr)
 
     def test_a_change_of_any_of_its_files_is_seen(self):
         helper = self.engines / "words.py"
@@ -315,21 +318,31 @@ class Declarations(PythonTest):
 
     def test_without_a_cache_it_is_asked_each_time(self):
         self.adapter("empty", EMPTY)
-        (self.dir / "cache").write_text("no folder")
-        listed, loaded = self.listed(LD_DEBUG="files")
+        (self.dir / "none").write_text("no folder")
+        listed, loaded = self.listed(ASSAY_CACHE=str(self.dir / "none"), LD_DEBUG="files")
         self.assertIn("empty", listed)
         self.assertNotIn("libpython3", loaded)
 
     def test_an_environment_of_another_python(self):
         self.adapter("empty", EMPTY.replace("my-environment", "other"))
         (self.engines / "other").mkdir()
-        for version, command in (("3.12.4", r"of Python 3\.12, and assay has 3\.1[13]: make it again, as with `python3.* -m venv --clear"),
-                                 ("3.13.5", r"needs Python 3\.13, .* which is not here: run \./assay setup cpython313")):
+        # a program that has the usual interpreter and no other
+        alone = self.dir / "alone"
+        (alone / "bin").mkdir(parents=True)
+        shutil.copy(self.command()[0], alone / "bin/assay")
+        built = pathlib.Path(self.program).parent.parent / "engines"
+        (alone / "engines").mkdir()
+        for name in ("assay-python-host.so", "python", "assay-engine-mujoco.so"):
+            (alone / "engines" / name).symlink_to(built / name)
+        self.command = lambda *arguments: [str(alone / "bin/assay"), *map(str, arguments)]
+        for version, reason in (("3.12.4", r"of Python 3\.12, and assay has 3\.11: make it again, as with `python3\.11 -m venv --clear"),
+                                ("3.13.5", r"needs Python 3\.13, .* which is not here: run \./assay setup cpython313")):
             (self.engines / "other/pyvenv.cfg").write_text(f"home = /usr/bin\nversion = {version}\n")
-            if "empty" in self.absent():
-                self.assertRegex(self.absent()["empty"], command)
-            else:
-                self.assertTrue(version.startswith("3.13"))  # set up here
+            self.assertRegex(self.absent()["empty"], reason)
+            done = self.run_assay("simulate", "planar-chain", "--engine", "empty", "--contacts", "off", "--timestep", 1,
+                                  "--duration", 0.01, "--out", "-")
+            self.assertNotEqual(done.returncode, 0)
+            self.assertRegex(done.stderr, rf"^assay: .*{reason}.*\n$")
 
     def test_an_interpreter_that_cannot_be_loaded(self):
         self.adapter("empty", EMPTY.replace("my-environment", "other"))
@@ -345,7 +358,8 @@ class Declarations(PythonTest):
     def test_two_interpreters_at_work(self):
         """Each contender has a process, and the one that compares them has at most one interpreter."""
         listed = self.assay_json("engines", "--json")
-        contender = next((row["contender"] for row in listed["contenders"] if row["engine"] in ("drake", "dartpy")), None)
+        contender = next((row["contender"] for row in listed["contenders"] if row["engine"] in ("drake", "dartpy") and
+                          row["contender"] != row["engine"]), None)
         if contender is None:
             self.skipTest("no engine with another interpreter is set up")
         self.adapter("my-mujoco", example())

@@ -98,6 +98,8 @@ SLOW = ("depths are corrected by a hundredth a step, at most at 1 mm/s, and Pyth
         "(findings/dartpy/slow_correction.py)")
 LOAD = ("an iterative solver does not carry a load of a thousand times the mass that bears it "
         "(findings/dartpy/stack_mass_ratio.py)")
+BOXES = ("50 iterations of projected Gauss-Seidel do not carry a stack of ten boxes; --set pgs_iterations=200 does "
+         "(findings/dartpy/stack_of_boxes.py)")
 PYRAMID = ("friction is up to 1.41 times too strong between the directions that the normal fixes "
            "(findings/dart/friction_pyramid.cc)")
 STACK = {"pgs": 0.2, "nsgs": 0.09}
@@ -111,4 +113,6 @@ def deviations(settings):
         found.append(assay.Deviation(test="friction-directions", bound=0.44, reason=PYRAMID))
     if settings["lcp"] in STACK:
         found.append(assay.Deviation(test="stack-1000", bound=STACK[settings["lcp"]], reason=LOAD))
+    if settings["lcp"] == "pgs" and settings["pgs_iterations"] < 200:
+        found.append(assay.Deviation(test="stacks-at-rest", bound=3, reason=BOXES))
     return found

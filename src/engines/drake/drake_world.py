@@ -130,8 +130,10 @@ class World:
         for each in model.connects:
             plant.AddBallConstraint(self.held(each.body_a), each.p_A, self.held(each.body_b), each.p_B)
         for each in model.welds:
-            plant.AddWeldConstraint(self.held(each.body_a), transform(each.X_AB), self.held(each.body_b),
-                                    RigidTransform())
+            # at a centre of mass: what a turn of the constraint gives way moves the body the more the farther away it is
+            X_AB = transform(each.X_AB)
+            X_AM = X_AB @ at(model.bodies[each.body_b].p_BBcm) if each.body_b >= 0 else at(model.bodies[each.body_a].p_BBcm)
+            plant.AddWeldConstraint(self.held(each.body_a), X_AM, self.held(each.body_b), X_AB.inverse() @ X_AM)
 
     def held(self, index):
         """A body for a constraint. One with the world's own body ends the process (findings/drake/constraint_to_world.py): a
