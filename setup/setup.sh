@@ -615,7 +615,7 @@ if [[ $((${#python_engines[@]} + ${#built_engines[@]})) -gt 0 ]]; then
     host="$(python_recipe "${name}")"
     [[ " ${hosts[*]} " == *" ${host:-python-host} "* ]] || hosts+=("${host:-python-host}")
   done
-  install_packages "${built_engines[@]}" "${hosts[@]}"
+  install_packages "${built_engines[@]}" "${python_engines[@]}" "${hosts[@]}"
   [[ ${#python_engines[@]} -eq 0 ]] || check_python_engines
   for host in "${hosts[@]}"; do [[ ${host} == python-host ]] || pieces+=("set_up_engine ${host}"); done
   [[ $((${#built_engines[@]} + ${#pieces[@]})) -eq 0 ]] || check_compiler

@@ -527,8 +527,21 @@ class Answers:
                 best = nearest if best is None or nearest.value > best.value else best
         return best
 
+    @staticmethod
+    def holds(test, ratio):
+        """Whether a ratio is as the test demands: 0 no, 1 not settled, 2 yes."""
+        low, high = (ratio.value, ratio.value) if ratio.low is None else (ratio.low, ratio.high)
+        if "above" in test:
+            return 2 if low > test["above"] else 0 if high <= test["above"] else 1
+        if "below" in test:
+            return 2 if high < test["below"] else 0 if low >= test["below"] else 1
+        if "not_above" in test:
+            return 2 if high <= test["not_above"] else 0 if low > test["not_above"] else 1
+        least, most = test["between"]
+        return 2 if least <= low and high <= most else 0 if high < least or low > most else 1
+
     def nearest(self, test, system):
-        """(who comes second, who comes first, ratio) of the pair that decides."""
+        """(who comes second, who comes first, ratio) of the pair that decides: by its verdict first, then its ratio."""
         chosen = []
         for who in test["who"]:
             ratios = []
@@ -538,11 +551,12 @@ class Answers:
                     ratios.append((ratio.value, second, first, ratio))
             ratios.sort(key=lambda entry: entry[0])
             if len(ratios) > test.get("but", 0):
-                chosen.append(ratios[test.get("but", 0)])
+                truths = sorted(self.holds(test, entry[3]) for entry in ratios)
+                chosen.append((*ratios[test.get("but", 0)], truths[test.get("but", 0)]))
         if not chosen:
             return None
         pick = min if test.get("each") else max
-        return pick(chosen, key=lambda entry: entry[0])[1:]
+        return pick(chosen, key=lambda entry: (entry[-1], entry[0]))[1:-1]
 
     def slope(self, system, contender, name):
         points = [(cell.timestep, figure.value) for cell in self.claims.cells(system, contender, name)

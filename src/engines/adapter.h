@@ -378,6 +378,10 @@ inline void add_approximated(Capabilities& capabilities, Feature feature, std::s
   capabilities.features.push_back({feature, Fidelity::kApproximated, std::move(how)});
 }
 
+inline void add_refused(Capabilities& capabilities, Feature feature, std::string why) {
+  capabilities.features.push_back({feature, Fidelity::kRefused, std::move(why)});
+}
+
 // Springs and dampers of ball joints and tendons that the adapter computes (ball_spring_torque, add_tendon_tensions).
 inline void add_explicit_springs(Capabilities& capabilities) {
   add_approximated(capabilities, Feature::kBallSpring, "explicit torque from the state at the step's start");

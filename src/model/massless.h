@@ -38,6 +38,10 @@ struct Lent {
   // their frames' origins in the original; joint coordinates are the same.
   void to_copy(State& state) const;
   void to_original(State& state) const;
+  State of_copy(State state) const {
+    to_copy(state);
+    return state;
+  }
 };
 
 // `share` is at most kLargestLentShare; a body that several massless ones lead to lends each of them that share, but

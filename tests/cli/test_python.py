@@ -8,6 +8,7 @@ import io
 import json
 import os
 import pathlib
+import random
 import re
 import shutil
 import sqlite3
@@ -131,14 +132,16 @@ class Simulation:
 
 
 ON_DEMAND = {"drake": "drake-sap", "dartpy": "dartpy", "mujoco-warp": "mujoco-warp",
-             "newton": "newton-steel", "mjx": "mjx", "genesis": "genesis", "superdex": "superdex"}  # engine: one of its contenders
+             "newton": "newton-steel", "mjx": "mjx", "genesis": "genesis", "sapien": "sapien-tgs",
+             "superdex": "superdex"}  # engine: one of its contenders
 
 # the same equations and integrator in C++, the largest difference of positions after 250 steps of the chain, m, and precision
 SAME_AS = {"drake-sap": ("mujoco-euler", 1e-9, "double"), "dartpy": ("dart", 1e-12, "double"),
            "mujoco-warp": ("mujoco-euler", 2e-6, "single"), "newton-featherstone": ("mujoco-euler", 2e-6, "single"),
            "newton-steel": ("mujoco-euler", 2e-6, "single"), "newton-mujoco-rk4": ("mujoco-rk4", 2e-6, "single"),
            "mjx": ("mujoco-euler", 1e-12, "double"), "mjx-rk4": ("mujoco-rk4", 1e-12, "double"),
-           "mjx-implicitfast": ("mujoco-implicitfast", 1e-12, "double"), "mjx-f32": ("mujoco-euler", 2e-6, "single")}
+           "mjx-implicitfast": ("mujoco-implicitfast", 1e-12, "double"), "mjx-f32": ("mujoco-euler", 2e-6, "single"),
+           "sapien-pgs": ("mujoco-euler", 2e-6, "single"), "sapien-tgs": ("mujoco-euler", 4e-6, "single")}
 
 HINGES_ONLY = ("pendulum-period", "planar-chain", "spatial-chain", "restart", "torque-for-one-step", "constant-torque",
                "declared-features")
@@ -407,6 +410,54 @@ class Installed(AssayTest):
                 self.assertRegex(listed[contender]["version"], r"^\d+\.\d+")
                 for mine, its in zip(self.end(contender), self.end(native), strict=True):
                     self.assertAlmostEqual(mine, its, delta=bound)
+
+
+class CollisionGroups(unittest.TestCase):
+    """Which shapes touch as SAPIEN's four words of 32 bits (src/engines/sapien/collision_groups.py)."""
+
+    def setUp(self):
+        spec = importlib.util.spec_from_file_location("collision_groups", SOURCE / "src/engines/sapien/collision_groups.py")
+        self.engine = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(self.engine)
+
+    def masks(self, count, pairs):
+        masks = [0] * count
+        for a, b in pairs:
+            masks[a] |= 1 << b
+            masks[b] |= 1 << a
+        return masks
+
+    def touching(self, count, pairs, ignored=()):
+        """Pairs that touch by the words, without those ignored; None where there are no words."""
+        words = self.engine.groups(count, self.masks(count, pairs), self.masks(count, ignored))
+        if words is None:
+            return None
+        self.assertTrue(all(0 <= word < 2**32 for each in words for word in each))
+        return {(i, j) for j in range(count) for i in range(j) if (i, j) not in ignored and self.engine.touches(words[i], words[j])}
+
+    def test_exactly_the_pairs_touch(self):
+        draw = random.Random(5)
+        everything = {(i, j) for j in range(40) for i in range(j)}
+        cases = {"none but one": {(0, 2)}, "all": everything, "ground": {(0, j) for j in range(1, 40)},
+                 "none of a few": everything - set(draw.sample(sorted(everything), 20)),
+                 "pairs apart": {(2 * i, 2 * i + 1) for i in range(20)},
+                 "every body of two": {(i, j) for i, j in everything if i // 2 != j // 2}}
+        for name, pairs in cases.items():
+            with self.subTest(name):
+                self.assertEqual(self.touching(40, pairs), pairs)
+        for share in (0.05, 0.2, 0.5, 0.8, 0.95):
+            pairs = {(i, j) for j in range(16) for i in range(j) if draw.random() < share}
+            with self.subTest(share):
+                self.assertEqual(self.touching(16, pairs), pairs)
+
+    def test_pairs_that_physx_leaves_out_may_come_out_either_way(self):
+        beside = {(i, i + 1) for i in range(199)}
+        pairs = {(i, j) for j in range(200) for i in range(j)} - beside
+        self.assertEqual(self.touching(200, pairs, beside), pairs)
+
+    def test_too_many_kinds_are_said(self):
+        draw = random.Random(5)
+        self.assertIsNone(self.touching(120, {(i, j) for j in range(120) for i in range(j) if draw.random() < 0.5}))
 
 
 class Friction(unittest.TestCase):

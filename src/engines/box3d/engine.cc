@@ -17,28 +17,26 @@
 namespace assay::box3d {
 namespace {
 
-void refuse(Capabilities& c, Feature feature, std::string why) {
-  c.features.push_back({feature, Fidelity::kRefused, std::move(why)});
-}
-
 void add_features(Capabilities& c, const Options& options) {
   using enum Feature;
   add_exact(c, {kSlide, kBall, kDryFriction, kConnect, kWeld, kBox});
-  refuse(c, kBallLimit, "Box3D limits a ball joint's swing and twist apart: remove the range or choose another engine");
-  refuse(
+  add_refused(c, kBallLimit,
+              "Box3D limits a ball joint's swing and twist apart: remove the range or choose another engine");
+  add_refused(
       c, kBallDryFriction,
       "Box3D bounds the length of a ball joint's friction, not its components: set it to 0 or choose another engine");
-  refuse(c, kBallArmature, "Box3D has no joint armature: set it to 0 or choose another engine");
-  refuse(c, kTendonDryFriction, "Box3D has no tendons: set it to 0 or choose another engine");
+  add_refused(c, kBallArmature, "Box3D has no joint armature: set it to 0 or choose another engine");
+  add_refused(c, kTendonDryFriction, "Box3D has no tendons: set it to 0 or choose another engine");
   add_explicit_springs(c);
   add_joint_rows(c);
   add_lent_mass(c, options.lent_share);
   add_approximated(c, kCylinder,
                    "a prism of 42 sides: its edges lie outside the cylinder by 0.14 % of the radius and the middles of "
                    "its sides inside by as much, so it rolls from side to side");
-  refuse(c, kEllipsoid,
-         "Box3D's hulls have at most 128 edges, an ellipsoid of so few corners stands on its faces: take a capsule or "
-         "choose another engine");
+  add_refused(
+      c, kEllipsoid,
+      "Box3D's hulls have at most 128 edges, an ellipsoid of so few corners stands on its faces: take a capsule or "
+      "choose another engine");
   add_approximated(
       c, kHull,
       "hulls have at most 128 corners, faces and edges: of more, some corners are left out, 44 of a hull of "

@@ -13,11 +13,6 @@ namespace {
 // A damper without a spring needs a frequency in Box3D; this one is far below every motion.
 constexpr double kSlowest = 1e-3;  // rad/s
 
-State of_copy(const Lent& lent, State state) {
-  lent.to_copy(state);
-  return state;
-}
-
 // The position at which Box3D's own is zero: it knows an angle within a turn only, and its spring within half a turn
 // from its rest, so a limited joint counts from the middle of its range, and one with a native spring from the spring's
 // rest.
@@ -40,12 +35,12 @@ b3Matrix3 b3_matrix(const Mat3& M) { return {b3_vector(M.col(0)), b3_vector(M.co
 
 // A joint's spring in Box3D's terms: hertz and damping ratio of the joint's effective inertia, of which Box3D makes
 // stiffness and damping again.
-struct Spring {
-  float hertz = 0, damping_ratio = 0;
-};
-Spring spring_of(const Joint& joint, double effective_inertia) {
+template <typename Definition>  // of a hinge or a slide
+void set_spring(Definition& definition, const Joint& joint, double effective_inertia) {
   const double omega = std::max(std::sqrt(joint.stiffness / effective_inertia), kSlowest);
-  return {real(omega / (2 * std::numbers::pi)), real(joint.damping / (2 * effective_inertia * omega))};
+  definition.enableSpring = true;
+  definition.hertz = real(omega / (2 * std::numbers::pi));
+  definition.dampingRatio = real(joint.damping / (2 * effective_inertia * omega));
 }
 
 }  // namespace
@@ -59,7 +54,7 @@ Box3dSimulation::Box3dSimulation(const Model& model, const State& state, const O
       joint_springs_(model.has_springs() && !options.native_springs),
       springs_(joint_springs_ || std::ranges::any_of(model.tendons, &Tendon::has_spring) ||
                std::ranges::any_of(model.balls, &BallJoint::has_spring) || rows_.any()),
-      start_(of_copy(lent_, with_joint_coordinates(model, state))),
+      start_(lent_.of_copy(with_joint_coordinates(model, state))),
       collision_(model_, start_, options),
       world_(world_definition()),
       torques_(model.joints.size(), 0.0),
@@ -180,10 +175,7 @@ void Box3dSimulation::create_hinge(int index) {
       const Vec3 axis = axis_in_parent(model_, index);
       inverse += axis.dot(model_.bodies[body.parent].I_BBcm_B.inverse() * axis);
     }
-    const Spring spring = spring_of(hinge, 1 / inverse);
-    definition.enableSpring = true;
-    definition.hertz = spring.hertz;
-    definition.dampingRatio = spring.damping_ratio;
+    set_spring(definition, hinge, 1 / inverse);
     definition.targetAngle = hinge.stiffness != 0 ? real(hinge.spring_reference - zero) : 0;
   }
   joints_.push_back(b3CreateRevoluteJoint(world_.id(), &definition));
@@ -212,10 +204,7 @@ void Box3dSimulation::create_slide(int index) {
       const Vec3 arm = (body.X_PB * body.p_BBcm - parent.p_BBcm).cross(axis_in_parent(model_, index));
       inverse += 1 / parent.mass + arm.dot(parent.I_BBcm_B.inverse() * arm);
     }
-    const Spring spring = spring_of(slide, 1 / inverse);
-    definition.enableSpring = true;
-    definition.hertz = spring.hertz;
-    definition.dampingRatio = spring.damping_ratio;
+    set_spring(definition, slide, 1 / inverse);
     definition.targetTranslation = slide.stiffness != 0 ? real(slide.spring_reference - zero) : 0;
   }
   joints_.push_back(b3CreatePrismaticJoint(world_.id(), &definition));
@@ -223,7 +212,7 @@ void Box3dSimulation::create_slide(int index) {
 
 void Box3dSimulation::set_torques(std::span<const double> torques) {
   // Box3D adds up what is applied between two steps; a second call replaces the first
-  if (loaded_) apply(loads_, -1);
+  if (loaded_) apply(-1);
   std::ranges::fill(loads_, Load{});
   const bool needs_bodies = springs_ || !torques.empty();
   if (springs_) read();
@@ -250,7 +239,7 @@ void Box3dSimulation::set_torques(std::span<const double> torques) {
     }
   }
   if (springs_) add_ball_springs();
-  apply(loads_, 1);
+  apply(1);
   loaded_ = true;
 }
 
@@ -266,9 +255,9 @@ void Box3dSimulation::add_ball_springs() {
   }
 }
 
-void Box3dSimulation::apply(std::vector<Load>& loads, double sign) {
-  for (size_t b = 0; b < loads.size(); ++b) {
-    const Load& load = loads[b];
+void Box3dSimulation::apply(double sign) const {
+  for (size_t b = 0; b < loads_.size(); ++b) {
+    const Load& load = loads_[b];
     if (load.force != Vec3::Zero()) b3Body_ApplyForceToCenter(bodies_[b], b3_vector(sign * load.force), false);
     if (load.torque != Vec3::Zero()) b3Body_ApplyTorque(bodies_[b], b3_vector(sign * load.torque), false);
   }

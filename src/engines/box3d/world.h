@@ -35,10 +35,9 @@ class Box3dSimulation final : public Simulation {
   // The definition that all joints share: the two bodies, frames in them, stiffness. A joint with the world gets a
   // fixed body of its own at `X_parent`, whose position may be double.
   void connect(b3JointDef& definition, int parent, const Pose& X_parent, int child, const Pose& X_child);
-  void add_load(int body, const Load& load);
   void add_ball_springs();
-  void apply(std::vector<Load>& loads, double sign);
-  void read() const;  // fills last_, whose angles before unwrap the new ones
+  void apply(double sign) const;  // loads_, or with -1 the opposite
+  void read() const;              // fills last_, whose angles before unwrap the new ones
   Vec3 centre_of(size_t body) const { return vec3(b3Body_GetWorldCenter(bodies_[body])); }
 
   Options options_;

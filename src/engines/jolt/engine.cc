@@ -24,17 +24,14 @@ constexpr size_t kMostBodies = 65000;
 // ms.
 constexpr double kSlowTurn = 1e-6, kSlowRate = 0.5e-3;  // rad, rad/s
 
-void refuse(Capabilities& c, Feature feature, std::string why) {
-  c.features.push_back({feature, Fidelity::kRefused, std::move(why)});
-}
-
 void add_features(Capabilities& c, const Options& options) {
   using enum Feature;
   add_exact(c, {kSlide, kBall, kDryFriction, kConnect, kWeld, kBox, kCylinder});
-  refuse(c, kBallLimit, "Jolt limits a ball joint's swing and twist apart: remove the range or choose another engine");
-  refuse(c, kBallDryFriction,
-         "Jolt's point constraint has no friction: set frictionloss to 0 or choose another engine");
-  refuse(c, kBallArmature, "Jolt's point constraint has no motor: set armature to 0 or choose another engine");
+  add_refused(c, kBallLimit,
+              "Jolt limits a ball joint's swing and twist apart: remove the range or choose another engine");
+  add_refused(c, kBallDryFriction,
+              "Jolt's point constraint has no friction: set frictionloss to 0 or choose another engine");
+  add_refused(c, kBallArmature, "Jolt's point constraint has no motor: set armature to 0 or choose another engine");
   add_explicit_springs(c);
   add_joint_rows(c);  // Jolt's gears hold the absolute rates of two bodies, not the rates of their joints
   add_lent_mass(c, options.lent_share);

@@ -11,11 +11,6 @@ namespace {
 Vec3 vec3(const double* v) { return {v[0], v[1], v[2]}; }
 Quat quat(const double* q) { return {q[0], q[1], q[2], q[3]}; }
 
-State of_copy(const Lent& lent, State state) {
-  lent.to_copy(state);
-  return state;
-}
-
 }  // namespace
 
 JoltSimulation::JoltSimulation(const Model& model, const State& state, const Options& options)
@@ -28,10 +23,10 @@ JoltSimulation::JoltSimulation(const Model& model, const State& state, const Opt
       joint_springs_(model.has_springs() && !options.native_springs),
       springs_(joint_springs_ || std::ranges::any_of(model.tendons, &Tendon::has_spring) ||
                std::ranges::any_of(model.balls, &BallJoint::has_spring) || rows_.any()),
-      world_(make_world(model_, of_copy(lent_, state), frames_, options)),
+      world_(make_world(model_, lent_.of_copy(state), frames_, options)),
       torques_(model.joints.size(), 0.0),
       bodies_(model.bodies.size()),
-      last_(of_copy(lent_, with_joint_coordinates(model, state))) {
+      last_(lent_.of_copy(with_joint_coordinates(model, state))) {
   lent_.model.keyframes.clear();
 }
 

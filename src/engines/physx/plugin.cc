@@ -48,6 +48,8 @@ const bool kContactDamping = true;
 const bool kContactModification = true;
 
 // findings/physx/tgs_links_halve_friction.cc; right from 5.3 on
+const double kLinkCfm = 0;
+
 const bool kSharesFrictionTwice = true;
 
 void share_friction(PxContactModifyPair& pair) {

@@ -22,6 +22,9 @@ std::vector<std::string> friction_models();
 // Whether contacts can have a damping, and with it a compliance.
 extern const bool kContactDamping;
 
+// Default of the setting `link_cfm`.
+extern const double kLinkCfm;
+
 // Whether a callback can set the friction of contacts.
 extern const bool kContactModification;
 

@@ -24,11 +24,6 @@ PxFrictionType::Enum friction_type([[maybe_unused]] Friction friction) {
   return PxFrictionType::ePATCH;
 }
 
-State start_of_copy(const Lent& lent, State state) {
-  lent.to_copy(state);
-  return state;
-}
-
 }  // namespace
 
 PhysxSimulation::PhysxSimulation(const Model& model, const State& state, const Options& options)
@@ -37,7 +32,7 @@ PhysxSimulation::PhysxSimulation(const Model& model, const State& state, const O
           lend_mass(options.joints == Joints::kArticulation ? model : without_wide_ranges(model), options.lent_share)),
       model_(lent_.model),
       options_(options),
-      start_(start_of_copy(lent_, with_joint_coordinates(model, state))),
+      start_(lent_.of_copy(with_joint_coordinates(model, state))),
       collision_(model_, options),
       actors_(model.bodies.size(), nullptr),
       ball_springs_(std::ranges::any_of(model.balls, &BallJoint::has_spring)),

@@ -14,6 +14,10 @@ const char* const kTitle = "PhysX 5.6";
 const bool kContactDamping = false;
 const bool kContactModification = false;
 
+// PhysX's own: with 0, two links that move in one plane and are connected, so that nothing can move along one of the
+// connect's three directions, come apart (pgs) or end in no number (tgs).
+const double kLinkCfm = 0.025;
+
 const bool kSharesFrictionTwice = false;
 void share_friction(physx::PxContactModifyPair& /*pair*/) {}
 

@@ -20,11 +20,6 @@ void copy(const Quat& q, double* out) { std::ranges::copy(std::array{q.x(), q.y(
 Vec3 vec3(const double* v) { return {v[0], v[1], v[2]}; }
 Quat quat(const double* q) { return Quat(q[3], q[0], q[1], q[2]).normalized(); }
 
-State start_of_copy(const Lent& lent, State state) {
-  lent.to_copy(state);
-  return state;
-}
-
 int shape_type(ShapeType type) {
   switch (type) {
     case ShapeType::kSphere:
@@ -87,7 +82,7 @@ class RapierSimulation final : public Simulation {
         model_(lent_.model),
         options_(options),
         api_(options.api()),
-        last_(start_of_copy(lent_, with_joint_coordinates(model, state))),
+        last_(lent_.of_copy(with_joint_coordinates(model, state))),
         clock_{state.time, options.world.timestep} {
     RapierOptions world = options.world;
     copy(model.gravity, world.gravity);

@@ -1,0 +1,1 @@
+assay_find_python_engine(sapien_environment sapien "310 MB")
