@@ -1,1 +1,1 @@
-assay_find_python_engine(superdex_environment superdex "190 MB")
+assay_find_python_engine(superdex_environment superdex "160 MB")
