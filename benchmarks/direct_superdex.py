@@ -20,8 +20,9 @@ solver.non_linear_solver.rel_tol = 1e-15
 solver.experimental_eval.fitted_saturation_hessian = dex.SaturationHessianParams.all(False)
 solver.experimental_eval.implicit_normal_force_for_dissipation = True
 scene.set_solver_params(solver)
+# A capsule's of 0.05 and 0.3 m, as in models/planar-chain.xml: the motion decides how many iterations a step takes.
 links = [dex.ArticulatedLinkParams(parent_link=i - 1, mass=1.0, center_of_mass=[0.15, 0, 0],
-                                   moment_of_inertia=[0.00125, 0, 0, 0.0263, 0, 0.0263]) for i in range(5)]
+                                   moment_of_inertia=[0.0012045455, 0, 0, 0.011943182, 0, 0.011943182]) for i in range(5)]
 joints = [dex.ArticulatedJointParams(type=dex.ArticulatedJointType.REVOLUTE, axis=[0, 1, 0],
                                      parent_link_from_joint=dex.TransformRT(translation=[0.3 if i else 0, 0, 0]))
           for i in range(5)]
