@@ -24,7 +24,8 @@ DIRECT = {"drake-sap": ("direct_drake.py", "discrete"), "drake-rk3": ("direct_dr
           "mujoco-warp": ("direct_mujoco-warp.py", "Euler"), "mujoco-warp-rk4": ("direct_mujoco-warp.py", "RK4"),
           "newton-featherstone": ("direct_newton.py", "featherstone"), "newton-steel": ("direct_newton.py", "steel"),
           "newton-mujoco": ("direct_newton.py", "mujoco"), "dartpy": ("direct_dartpy.py",), "genesis": ("direct_genesis.py",),
-          "sapien-tgs": ("direct_sapien.py", "tgs"), "sapien-pgs": ("direct_sapien.py", "pgs")}
+          "sapien-tgs": ("direct_sapien.py", "tgs"), "sapien-pgs": ("direct_sapien.py", "pgs"),
+          "superdex": ("direct_superdex.py",)}
 
 EMPTY = """
 import assay_adapter as assay

@@ -928,7 +928,7 @@ def all_stay_up(runs):
 
 NAMES = {"mujoco": "MuJoCo", "bullet": "Bullet", "ode": "ODE", "physx": "PhysX", "havok": "Havok", "jolt": "Jolt", "rapier": "Rapier", "dart": "DART",
          "simbody": "Simbody", "physx56": "PhysX", "dartpy": "DART", "mujoco-warp": "MuJoCo Warp", "mjx": "MJX", "genesis": "Genesis",
-         "newton": "Newton", "drake": "Drake", "sapien": "SAPIEN", "box3d": "Box3D"}
+         "newton": "Newton", "drake": "Drake", "sapien": "SAPIEN", "box3d": "Box3D", "superdex": "SuperDex"}
 
 
 @sentence("README.md")

@@ -83,5 +83,5 @@ def test_public_names_are_documented():
 
 def test_engines_of_a_clone_are_named_with_the_way_to_them():
     absent = {each["engine"]: each["reason"] for each in assay.engines()["absent"]}
-    for name in ("drake", "dartpy", "mujoco-warp", "mjx"):
+    for name in ("drake", "dartpy", "superdex", "mujoco-warp", "mjx"):
         assert f"./assay setup {name}" in absent[name] and "clone" in absent[name]

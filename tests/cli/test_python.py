@@ -132,7 +132,8 @@ class Simulation:
 
 
 ON_DEMAND = {"drake": "drake-sap", "dartpy": "dartpy", "mujoco-warp": "mujoco-warp",
-             "newton": "newton-steel", "mjx": "mjx", "genesis": "genesis", "sapien": "sapien-tgs"}  # engine: one of its contenders
+             "newton": "newton-steel", "mjx": "mjx", "genesis": "genesis", "sapien": "sapien-tgs",
+             "superdex": "superdex"}  # engine: one of its contenders
 
 # the same equations and integrator in C++, the largest difference of positions after 250 steps of the chain, m, and precision
 SAME_AS = {"drake-sap": ("mujoco-euler", 1e-9, "double"), "dartpy": ("dart", 1e-12, "double"),
@@ -457,6 +458,78 @@ class CollisionGroups(unittest.TestCase):
     def test_too_many_kinds_are_said(self):
         draw = random.Random(5)
         self.assertIsNone(self.touching(120, {(i, j) for j in range(120) for i in range(j) if draw.random() < 0.5}))
+
+
+class SuperDexMeshes(unittest.TestCase):
+    """Surfaces and signed distances that SuperDex's adapter fills (src/engines/superdex/superdex_mesh.py)."""
+
+    # prints, for each shape, the worst of each property
+    PROGRAM = """
+import json, sys, types
+import numpy as np
+sys.path.insert(0, sys.argv[1])
+import superdex_mesh
+
+shape = types.SimpleNamespace
+corners = [(x, y, z) for x in (-0.1, 0.1) for y in (-0.2, 0.2) for z in (-0.3, 0.3)]
+sides = [((0, 1, 3, 2), 1), ((4, 6, 7, 5), 1), ((0, 4, 5, 1), 1), ((2, 3, 7, 6), 1), ((0, 2, 6, 4), 1), ((1, 5, 7, 3), 1)]
+faces = [face for (a, b, c, d), _ in sides for face in ((a, b, c), (a, c, d))]
+field = shape(rows=4, columns=5, half_x=0.4, half_y=0.3, base=0.1, heights=[0.01 * ((3 * i) % 7) for i in range(20)])
+model = shape(hulls=[shape(vertices=corners, faces=faces)], height_fields=[field])
+pi, r = np.pi, 0.1
+cell = 0.2 * 0.2  # of the field, of two triangles
+columns = np.reshape(field.heights, (4, 5))
+under = sum((h[0] + h[1] + h[3]) / 6 * cell + (h[1] + h[2] + h[3]) / 6 * cell
+            for i in range(3) for j in range(4)
+            for h in [(columns[i, j], columns[i, j + 1], columns[i + 1, j + 1], columns[i + 1, j])])
+shapes = {  # with its volume
+    "sphere": (shape(type="sphere", radius=r), 4 / 3 * pi * r**3),
+    "ellipsoid": (shape(type="ellipsoid", half_size=(0.1, 0.2, 0.3)), 4 / 3 * pi * 0.006),
+    "capsule": (shape(type="capsule", radius=r, half_length=0.2), pi * r**2 * 0.4 + 4 / 3 * pi * r**3),
+    "cylinder": (shape(type="cylinder", radius=r, half_length=0.2), pi * r**2 * 0.4),
+    "box": (shape(type="box", half_size=(0.1, 0.2, 0.3)), 8 * 0.006),
+    "hull": (shape(type="hull", data=0), 8 * 0.006),
+    "height-field": (shape(type="height-field", data=0), under + 0.8 * 0.6 * 0.1),
+}
+found = {}
+for name, (each, volume) in shapes.items():
+    vertices, faces = superdex_mesh.of(model, each, 12)
+    corner = vertices[faces]
+    six = np.sum(np.cross(corner[:, 0], corner[:, 1]) * corner[:, 2], axis=1)
+    areas = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    values = {"volume": abs(six.sum() / 6 / volume - 1), "open": float(np.abs(areas.sum(axis=0)).max() / np.linalg.norm(areas, axis=1).sum())}
+    if name != "hull":  # its neighbours are divided apart from each other
+        edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).tolist()
+        once = {tuple(edge) for edge in edges}
+        values["edges"] = len(edges) - len(once) + sum((b, a) not in once for a, b in once)
+    if name not in ("sphere", "box"):  # SuperDex finds these by formula
+        normals = areas / np.linalg.norm(areas, axis=1)[:, None]
+        middle = corner.mean(axis=1)
+        away = 0.004
+        at = [superdex_mesh.distance(model, each, middle + step * normals) for step in (-away, 0, away)]
+        values["surface"] = float(np.abs(at[1]).max())
+        values["inside"], values["outside"] = float(at[0].max()), float(at[2].min())
+    found[name] = values
+print(json.dumps(found))
+"""
+
+    def test_they_are_closed_and_as_large_as_the_shapes(self):
+        if not os.path.isdir(ENVIRONMENT):
+            self.skipTest(f"no environment '{ENVIRONMENT}': setup/setup.sh --tests makes it")
+        done = subprocess.run([pathlib.Path(ENVIRONMENT) / "bin/python", "-B", "-c", self.PROGRAM, SOURCE / "src/engines/superdex"],
+                              capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        found = json.loads(done.stdout)
+        self.assertEqual(len(found), 7)
+        for name, values in found.items():
+            with self.subTest(name, **values):
+                self.assertLess(values["volume"], 1.5e-3 if name == "capsule" else 1e-12)  # its profile has corners
+                self.assertLess(values["open"], 1e-12)
+                self.assertEqual(values.get("edges", 0), 0)
+                if "surface" in values:  # middles of triangles lie below a round surface
+                    self.assertLess(values["surface"], 3e-4)
+                    self.assertLess(values["inside"], 0)
+                    self.assertGreater(values["outside"], 3e-3)
 
 
 class Friction(unittest.TestCase):
