@@ -30,8 +30,7 @@ Measure consistency_measure() {
             11},
            {"consistency_floor", "m", "Near the floor", "floor", kNone, kNo, kNo,
             "restart floor, or the error at which the curve stops falling, given where the paper's self-consistency "
-            "error is "
-            "so close to it that it says little of the timestep",
+            "error is so close to it that it says little of the timestep",
             13},
            {"consistency_bound", "m", "Bound of the paper's self-consistency error", "bound", kNone, kNo, kNo,
             "upper bound of the paper's self-consistency error near the floor: the measured distance and the floor "

@@ -180,8 +180,7 @@ ViolationSummary ViolationSeries::summary(std::uint64_t seed) const {
   ViolationSummary summary;
   summary.has_penetration = separations_.has_all();
   std::vector<double> series(of_states_.size());
-  for (double Violation::* const kind : {&Violation::dislocation, &Violation::misalignment, &Violation::limit,
-                                         &Violation::penetration, &Violation::added}) {
+  for (const auto kind : kViolationKinds) {
     std::ranges::transform(of_states_, series.begin(), [&](const Violation& at) { return at.*kind; });
     summary.largest.*kind = std::ranges::max(series);
     const Interval rms = bootstrap_rms_of_series(series, seed);

@@ -2,6 +2,7 @@
 // engine. Formulas: docs/methodology.md, "Violation".
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -21,6 +22,8 @@ struct Violation {
   double penetration = 0;   // m, depth of two shapes of a contact pair in each other
   double added = 0;         // m, that depth less the one in which the run started
 };
+inline constexpr auto kViolationKinds = std::to_array<double Violation::*>(
+    {&Violation::dislocation, &Violation::misalignment, &Violation::limit, &Violation::penetration, &Violation::added});
 Violation violation(const Model& model, const State& state);
 
 // Signed distances of the surfaces of contact pairs, m. Negative for shapes that overlap: of spheres and capsules the

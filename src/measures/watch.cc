@@ -8,8 +8,6 @@
 namespace assay {
 namespace {
 
-constexpr auto kKinds = std::to_array<double Violation::*>(
-    {&Violation::dislocation, &Violation::misalignment, &Violation::limit, &Violation::penetration, &Violation::added});
 constexpr auto kParts = std::to_array<Violation ViolationSummary::*>(
     {&ViolationSummary::largest, &ViolationSummary::rms, &ViolationSummary::rms_low, &ViolationSummary::rms_high});
 constexpr double kNever = -1;  // in place of a time of dropping
@@ -24,7 +22,7 @@ long long watch_steps(double timestep_ms) {
 std::vector<double> Watched::numbers() const {
   std::vector<double> all;
   for (const auto part : kParts) {
-    for (const auto kind : kKinds) {
+    for (const auto kind : kViolationKinds) {
       const double number = violation.*part.*kind;
       all.push_back(std::isfinite(number) ? number : kNever);  // of few samples there is no interval
     }
@@ -34,12 +32,12 @@ std::vector<double> Watched::numbers() const {
 }
 
 std::optional<Watched> Watched::of(const std::vector<double>& numbers) {
-  constexpr size_t kCount = kParts.size() * kKinds.size() + 3;
+  constexpr size_t kCount = kParts.size() * kViolationKinds.size() + 3;
   if (numbers.size() != kCount) return std::nullopt;
   Watched watched;
   auto next = numbers.begin();
   for (const auto part : kParts) {
-    for (const auto kind : kKinds) {
+    for (const auto kind : kViolationKinds) {
       const double number = *next++;
       watched.violation.*part.*kind = number < 0 ? std::numeric_limits<double>::quiet_NaN() : number;
     }

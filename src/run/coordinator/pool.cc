@@ -58,7 +58,8 @@ struct Running {
 }  // namespace
 
 Interrupts::Interrupts() {
-  if (interrupts++ > 0) {
+  if (interrupts > 0) {
+    ++interrupts;
     for (char byte = 0; ::read(interrupt_pipe[0], &byte, 1) == 1;) {
     }
     int alarm = SIGALRM;
@@ -79,6 +80,7 @@ Interrupts::Interrupts() {
     // nohup's SIGHUP stays ignored
     if (previous_actions[i].sa_handler != SIG_IGN) ::sigaction(kSignals[i], &action, nullptr);
   }
+  interrupts = 1;
 }
 
 Interrupts::~Interrupts() {
