@@ -49,9 +49,9 @@ def text_of(point, base):
     if point is None:
         return NONE
     setting = point["contender"].removeprefix(base).strip()
-    speed = float(f"{point['realtime_factor']['value']:.2g}")
+    speed, low, high = (float(f"{point['realtime_factor'][name]:.2g}") for name in ("value", "low", "high"))
     about = "" if point["timed"] else "~"  # interpolated between timesteps that were timed
-    return f"{about}{speed:g}× at {milliseconds(point['timestep_ms'])} ms" + (f", `{setting}`" if setting else "")
+    return f"{about}{speed:g}× [{low:g}, {high:g}] at {milliseconds(point['timestep_ms'])} ms" + (f", `{setting}`" if setting else "")
 
 
 def withdrawn_contenders(database):
