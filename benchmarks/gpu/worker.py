@@ -6,7 +6,6 @@ input. The adapters of src/engines step the worlds; this program stands for the 
 
 import argparse
 import base64
-import faulthandler
 import gc
 import hashlib
 import importlib.machinery
@@ -460,8 +459,6 @@ if __name__ == "__main__":
     os.dup2(2, 1)  # what engines print belongs to the log
     given = parsed()
     os.makedirs(given.cache, exist_ok=True)
-    if given.contender.startswith("genesis"):
-        faulthandler.dump_traceback_later(30, repeat=True)  # the log says what takes long
     if given.contender in ("mujoco-rollout", "mujoco-warp-anchor"):
         import baselines
 

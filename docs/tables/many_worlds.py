@@ -1,7 +1,7 @@
 """The tables and the figures of many-worlds.md.
 
-RESULTS are folders with checks.csv, as results/gpu-2026-11-26. The first has the models of the first table and of the figures. The G1
-and the options for the same bits are of the first folder that has them.
+RESULTS are folders with checks.csv, as results/gpu-2026-11-26. In the first table and the figures the contenders of a model are those of the
+first folder that has them with it. The G1 is of the first folder that has it, a contender's same bits are of the last.
 """
 
 import csv
@@ -12,8 +12,10 @@ from .common import table as markdown
 from .plain_figure import Plot
 
 COLORS = {"mujoco-warp": "#1b6ca8", "mujoco-warp-3-iterations": "#7fb3d5", "newton-mujoco": "#2e8b57", "newton-steel": "#b8860b",
-          "mjx": "#b03a2e", "mjx-3-iterations": "#e59866"}
+          "genesis": "#7d3c98", "mjx": "#b03a2e", "mjx-3-iterations": "#e59866"}
 MODELS = {"humanoid": "25 degrees of freedom, 2 ms", "quadruped": "18 degrees of freedom, 5 ms", "capsules-27": "162 degrees of freedom, 2 ms"}
+
+SAME_BITS = (1, 1024, 4096, 16384)  # worlds
 
 
 def rate(text):
@@ -72,9 +74,22 @@ def table_of_g1(rows):
     return markdown(["engine", "1 world", "64", "1024", "4096", "16,384", "memory a world"], lines)
 
 
+def first_measured(results):
+    """Of each contender with each model the rows of the first results that have them."""
+    found, of = [], {}
+    for number, rows in enumerate(results):
+        found += [row for row in rows if of.setdefault((row["model"], row["contender"]), number) == number]
+    return found
+
+
+def last_measured(results):
+    """The last row of each cell."""
+    return list({(row["model"], row["contender"], row["worlds"], row["threads"]): row for rows in results for row in rows}.values())
+
+
 def table_of_bits(rows):
     lines = []
-    for name in ("mjx", "mjx-deterministic", "mujoco-warp", "mujoco-warp-deterministic"):
+    for name in ("genesis", "mjx", "mjx-deterministic", "mujoco-warp", "mujoco-warp-deterministic"):
         for row in sorted((row for row in rows if row["model"] == "humanoid" and row["contender"] == name), key=lambda row: int(row["worlds"])):
             other = f"{row['worlds_with_other_bits']}" if row["worlds_with_other_bits"] else "-"
             lines.append([f"`{name}`", f"{int(row['worlds']):,}" if int(row["worlds"]) >= 10000 else row["worlds"], measured(row), other])
@@ -92,7 +107,7 @@ def table(rows):
             for worlds in (1, 64, 1024, 4096, 16384):
                 cells.append(cell(own.get(worlds)))
             memory = [float(row["memory_bytes_per_world"]) for _, row in sorted(own.items()) if row["memory_bytes_per_world"]]
-            lines.append([model, f"`{name}`", *cells, f"{memory[-1] / 1e3:.0f} kB"])
+            lines.append([model, f"`{name}`", *cells, f"{memory[-1] / 1e3:.0f} kB" if memory else "-"])
     return markdown(["robot", "engine", "1 world", "64", "1024", "4096", "16,384", "memory a world"], lines)
 
 
@@ -105,8 +120,10 @@ def update(options):
     for folder in options.results:
         with open(folder / "checks.csv", encoding="utf-8") as file:
             results.append(list(csv.DictReader(file)))
+    together = first_measured(results)
     for model in MODELS:
-        figure(results[0], model)
+        figure(together, model)
     g1 = having(results, lambda row: row["model"] == "g1")
-    bits = having(results, lambda row: row["contender"].endswith("-deterministic"))
-    write(DOCS / "many-worlds.md", {"worlds": table(results[0]), "worlds-g1": table_of_g1(g1), "worlds-bits": table_of_bits(bits)})
+    same = [row for row in last_measured(results) if int(row["worlds"]) in SAME_BITS and
+            (row["worlds_with_other_bits"] or row["contender"].endswith("-deterministic"))]
+    write(DOCS / "many-worlds.md", {"worlds": table(together), "worlds-g1": table_of_g1(g1), "worlds-bits": table_of_bits(same)})

@@ -37,8 +37,8 @@ class Layers final : public JPH::BroadPhaseLayerInterface {
 
 class World {
  public:
-  explicit World(JPH::Vec3 gravity, JPH::PhysicsSettings settings = {}) {
-    system_.Init(8, 1, 1024, 1024, layers_, broad_filter_, pair_filter_);
+  explicit World(JPH::Vec3 gravity, JPH::PhysicsSettings settings = {}, JPH::uint bodies = 8) {
+    system_.Init(bodies, 1, 1024, 1024, layers_, broad_filter_, pair_filter_);
     system_.SetGravity(gravity);
     settings.mAllowSleeping = false;
     system_.SetPhysicsSettings(settings);
@@ -65,6 +65,8 @@ class World {
   void run(double timestep, long steps) {
     for (long i = 0; i < steps; ++i) system_.Update(static_cast<float>(timestep), 1, &memory_, &jobs_);
   }
+
+  JPH::PhysicsSystem& system() { return system_; }
 
  private:
   Layers layers_;

@@ -51,7 +51,7 @@ class Scene:
                 decompose_object_error_threshold=float("inf"), decompose_robot_error_threshold=float("inf")))
             self.scene.build(n_envs=worlds)
         except gs.GenesisException as error:
-            raise assay.EngineFailure(f"Genesis refuses the model: {error}") from error
+            raise assay.Unsupported(f"Genesis refuses the model: {error}") from error
         self.solver = self.scene.sim.rigid_solver
         self.find_coordinates(model)
 
