@@ -29,6 +29,7 @@ QUESTIONS = [
     ("grasp", ["--slip", "5mm"], "the grasp, the object slips less than 5 mm"),
     ("capsules-27", ["--error", "5mm"], "27 capsules, within 5 mm"),
 ]
+TOUCHING = ("humanoid", "grasp", "capsules-27")
 
 
 def quantity(value, unit):
@@ -71,6 +72,12 @@ class Run:
         engine, version, capabilities = self.db.execute(
             "SELECT engine, version, capabilities_json FROM contenders WHERE name = ?", (contender,)).fetchone()
         return engine, version, json.loads(capabilities or "{}")
+
+    def has_contacts(self, engine):
+        """Whether one of its contenders takes part where bodies touch."""
+        marks = ", ".join("?" * len(TOUCHING))
+        return self.db.execute(f"SELECT 1 FROM cells c JOIN contenders o ON o.name = c.contender WHERE o.engine = ? AND c.system IN ({marks}) AND"
+                               " c.outcome <> 'unsupported' LIMIT 1", (engine, *TOUCHING)).fetchone() is not None
 
     def outcome(self, system, contender, timestep, measure):
         row = self.db.execute("SELECT outcome FROM cells WHERE system = ? AND contender = ? AND timestep_ms = ? AND measure = ?",
@@ -148,7 +155,7 @@ def figures_table(run, speeds):
         drift = run.text("astronaut-energy", contender, 4, "drift", "energy_drift_relative", "")
         share, _, _ = run.stored("astronaut-energy", contender, 4, "drift", "energy_drift_relative")
         row.append(f"{100 * share:.2g} %" if share is not None and drift not in (NO, "diverged", "unstable", "withdrawn") else drift)
-        row.append(run.text("humanoid", contender, 1, "consistency", "consistency", "m"))
+        row.append(run.text("humanoid", contender, 1, "consistency", "consistency_cold", "m"))
         row.append(run.text("humanoid", contender, 4, "violation", "penetration_max", "m"))
         row.append(run.holds_up_to(contender))
         row.append(run.text("capsules-27", contender, 4, "violation", "penetration_max", "m"))
@@ -228,6 +235,32 @@ def answers_table(program, folder, full):
     return table(["question", "fastest within it in this run", "in the full run", "asked by"], rows)
 
 
+def best_table(program, folder, run):
+    """Of each engine the fastest contender within each question's limits, with its interval."""
+    questions = [question for question in QUESTIONS if question[0] in TOUCHING]
+    found = {}
+    for system, options, _ in questions:
+        for point in asked(program, folder, system, options)["contenders"]:
+            engine, _, _ = run.facts(point["contender"])
+            known = found.setdefault(engine, {})
+            if point["realtime_factor"]["value"] > known.get(system, point)["realtime_factor"]["value"] or system not in known:
+                known[system] = point
+    rows = []
+    for engine in dict.fromkeys(run.facts(contender)[0] for contender in run.contenders):
+        points = [found.get(engine, {}).get(system) for system, _, _ in questions]
+        if not engine or not run.has_contacts(engine):
+            continue
+        rows.append([engine] + [best_text(point) for point in points])
+    return table(["engine", *(words + usual(options, asked(program, folder, system, options)) for system, options, words in questions)], rows)
+
+
+def best_text(point):
+    if point is None:
+        return "none"
+    value, low, high = (float(f"{point['realtime_factor'][name]:.2g}") for name in ("value", "low", "high"))
+    return f"{'' if point['timed'] else 'about '}{value:g}× [{low:g}, {high:g}]: `{point['contender']}` at {milliseconds(point['timestep_ms'])} ms"
+
+
 def add_arguments(parser):
     parser.add_argument("program", metavar="ASSAY")
     parser.add_argument("results", type=pathlib.Path)
@@ -243,6 +276,7 @@ def update(options):
         blocks = {"engines": engines_table(run), "figures": figures_table(run, not options.without_speeds)}
         if not options.without_speeds:
             blocks["answers"] = answers_table(options.program, database.parent, full.parent)
+            blocks["best"] = best_table(options.program, database.parent, run)
     if options.worlds:
         with opened(options.worlds) as (_, db):
             run = Run(db)
