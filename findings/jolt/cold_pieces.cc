@@ -128,18 +128,19 @@ int main() {
   }
   const Motion end = read(fine);
 
-  bool agree = true;
-  // Restoring is exact, or the comparison says nothing.
-  const double again = distance(piece(starts.back(), kFine, true), end);
-  std::printf("a restored piece ends %g m from the motion that it is a piece of, a cold one %g m\n", again,
-              distance(piece(starts.back(), kFine, false), end));
-  agree = agree && again == 0;
-
   std::vector<Motion> fine_cold, fine_restored;
-  for (const Start& start : starts) {
-    fine_cold.push_back(piece(start, kFine, false));
-    fine_restored.push_back(piece(start, kFine, true));
+  double largest = 0, floor = 0;
+  for (size_t k = 0; k < starts.size(); ++k) {
+    fine_cold.push_back(piece(starts[k], kFine, false));
+    fine_restored.push_back(piece(starts[k], kFine, true));
+    const Motion& truly = k + 1 < starts.size() ? starts[k + 1].motion : end;
+    largest = std::max(largest, distance(fine_restored.back(), truly));
+    floor += distance(fine_cold.back(), truly) / kPieces;
   }
+  // Restoring is exact, or the comparison says nothing.
+  std::printf("restored pieces end up to %g m from the motion that they are pieces of, cold ones %.3g mm in the mean\n",
+              largest, 1e3 * floor);
+  bool agree = largest == 0;
   for (const double timestep : {0.25e-3, 1e-3, 4e-3}) {
     std::vector<double> cold, restored, difference;
     for (int k = 0; k < kPieces; ++k) {
