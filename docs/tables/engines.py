@@ -267,6 +267,7 @@ def add_arguments(parser):
     parser.add_argument("--worlds", type=pathlib.Path)
     parser.add_argument("--full", type=pathlib.Path, default=FULL)
     parser.add_argument("--without-speeds", action="store_true")
+    parser.add_argument("--newer", action="store_true", help="write the tables of the run with the newer engines")
     parser.add_argument("--page", type=pathlib.Path, default=PAGE)
 
 
@@ -276,10 +277,11 @@ def update(options):
         blocks = {"engines": engines_table(run), "figures": figures_table(run, not options.without_speeds)}
         if not options.without_speeds:
             blocks["answers"] = answers_table(options.program, database.parent, full.parent)
-            blocks["best"] = best_table(options.program, database.parent, run)
+            if options.newer:
+                blocks["best"] = best_table(options.program, database.parent, run)
     if options.worlds:
         with opened(options.worlds) as (_, db):
             run = Run(db)
             for system in ("planar-chain", "humanoid"):
                 blocks[f"worlds-{system}"] = worlds_table(run, system)
-    write(options.page, blocks)
+    write(options.page, {f"newer-{name}": text for name, text in blocks.items()} if options.newer else blocks)

@@ -86,6 +86,7 @@ class Built:
             shapes = self.builder.shape_count
             self.pairs = [(a + world * shapes, b + world * shapes) for world in range(worlds) for a, b in self.pairs]
         self.engine = builder.finalize(device=device, skip_validation_inertia=True)
+        self.contacts_of_world = contacts
         self.engine.rigid_contact_max = contacts * max(1, worlds)
         if self.is_steel:
             self.engine.steel.rigid_body_angular_damping.zero_()  # of free bodies: 0.05/s otherwise

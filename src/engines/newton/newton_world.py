@@ -48,11 +48,12 @@ class Steel:
     def __init__(self, built, settings):
         model, engine = built.source, built.engine
         limits = sum(2 for joint in model.joints if joint.limited)
-        contacts = engine.rigid_contact_max
+        contacts = engine.rigid_contact_max  # of all worlds together; the solver's rows are those of one world
+        rows = 3 * built.contacts_of_world
         self.solver = newton.solvers.SolverSteel(
             engine, iterations=settings["iterations"] or 12, enable_joint_limits=True,
-            articulation_constraint_max=3 * contacts + limits + len(model.couplings) + 1,
-            free_body_constraint_max=3 * contacts + 1, warn_constraint_overflow=False)
+            articulation_constraint_max=rows + limits + len(model.couplings) + 1, free_body_constraint_max=rows + 1,
+            warn_constraint_overflow=False)
         self.pipeline = self.contacts = None
         if built.pairs:
             self.pipeline = newton.CollisionPipeline(
