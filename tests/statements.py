@@ -770,7 +770,7 @@ def the_grip(runs):
     return (f"At 1 ms {names(still)} are within 0.1 mm of rest. `mujoco-default` is {mm(error['mujoco-default'])} mm off, `mujoco-euler-elliptic` by"
             f" {mm(error['mujoco-euler-elliptic'])} and `mujoco-euler-noslip` by {mm(error['mujoco-euler-noslip'])}, `bullet-default` by {mm(error['bullet-default'])}, `rapier-default` by"
             f" {mm(error['rapier-default'])}, `havok-default` by {mm(error['havok-default'])}, `box3d-default` by {mm(error['box3d-default'])}."
-            f" Drake's two contenders, which have one contact point for each pair of shapes, drop the box.") if min(error["drake-sap"], error["drake-similar"]) > 1 else "Drake holds"
+            f" Drake's two contenders, which have one contact point for each pair of shapes (its hydroelastic contact was not used), drop the box.") if min(error["drake-sap"], error["drake-similar"]) > 1 else "Drake holds"
 
 
 @sentence(CONTACTS)
