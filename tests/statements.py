@@ -599,6 +599,87 @@ def half_widths(runs):
     return f"speeds are good to {100 * statistics.median(halves):.0f} % in the median and to {100 * max(halves):.0f} % at worst (95 % intervals of two processes)"
 
 
+# ---- docs/engines.md: the run with the newer engines ----------------------------------------------------------------
+
+NEWER = ("drake-sap", "dartpy", "sapien-tgs", "superdex", "box3d")  # contenders of the engines that came or changed
+
+
+def with_values(found, of):
+    """`a` 1 mm, `b` 2 mm and `c` 3 mm."""
+    texts = [f"`{name}` {of(value)}" for name, value in found]
+    return texts[0] if len(texts) == 1 else ", ".join(texts[:-1]) + " and " + texts[-1]
+
+
+@sentence(ENGINES)
+def what_the_newer_run_is(runs):
+    run = runs.newer_field
+    touching = [facts for name, facts in run.facts.items() if name in ("humanoid", "grasp", "capsules-27")]
+    states, = {facts["initial_states"]["count"] for facts in touching}
+    length, = {facts["duration_s"] for facts in touching}
+    pieces, = {facts["piece_ms"] for facts in touching if "consistency" in facts["measures"]}
+    fine, = {facts["reference_ms"] for facts in touching if "consistency" in facts["measures"]}
+    engines = {run.engine(name).removesuffix("-f64").removesuffix("-f32") for name in run.contenders}
+    number = {3: "three"}[states]
+    return (f"{len(run.contenders)} contenders of {len(engines)} engines; where bodies touch {number} initial states, motions of {length:g} s, pieces of"
+            f" {ms(pieces)} and fine-step runs at {ms(fine)} for all.")
+
+
+@sentence(ENGINES)
+def the_newer_on_the_chain(runs):
+    error = runs.newer_field.values("spatial-chain", 1, "truth_error_max")
+    return "The error on the chain at 1 ms is with " + with_values([(name, error[name]) for name in sorted(NEWER, key=error.get)], quantity) + "."
+
+
+@sentence(ENGINES)
+def the_newer_keep_energy(runs):
+    drift = runs.newer_field.values("astronaut-energy", 4, "energy_drift_relative")
+    return "The astronaut's energy drifts at 4 ms with " + with_values(
+        [(name, drift[name]) for name in sorted(NEWER, key=drift.get)], lambda value: f"{100 * value:.2g} %") + "."
+
+
+@sentence(ENGINES)
+def who_holds_longest(runs):
+    found, at_the_end = by_held(runs.newer_field)
+    longest = [h for h in sorted(found, reverse=True) if h >= 4]
+    parts = [f"up to {ms(h)} {names(found[h])}" + (", the largest timestep tried" if set(found[h]) <= set(at_the_end) else "") for h in longest]
+    return "The object is held " + "; ".join(parts) + "."
+
+
+@sentence(ENGINES)
+def own_drives_against_explicit_dampers(runs):
+    run, texts = runs.newer_field, []
+    held = {name: run.holds_up_to(name)[0] for name in run.contenders if name in run.cells("grasp") and run.holds_up_to(name)}
+    for name in held:
+        base = name.removesuffix("-native-pd")
+        if base != name and base in held:
+            texts.append((name, f"{fractions.Fraction(held[name])} in place of {ms(held[base]) if held[base] else 'none'}"))
+    return "With drives of its own in place of explicit dampers " + "; ".join(f"`{name}` holds it up to {text}" for name, text in texts) + "."
+
+
+@sentence(ENGINES)
+def depths_of_the_newer_run(runs):
+    run, texts = runs.newer_field, []
+    for system, words in (("humanoid", "On the humanoid at 1 ms"), ("capsules-27", "in the pile")):
+        depth = run.values(system, 1, "penetration_max")
+        order = sorted(depth, key=depth.get)
+        texts.append(f"{words} bodies sink in least with {with_values([(name, depth[name]) for name in order[:3]], quantity)}, most with"
+                     f" {with_values([(name, depth[name]) for name in order[-2:]], quantity)}")
+    return "; ".join(texts) + "."
+
+
+@sentence(ENGINES)
+def steps_of_the_newer_run(runs):
+    run = runs.newer_field
+    widths = sorted(values["step_time"][2] / values["step_time"][0] for system in run.facts for steps in run.cells(system).values()
+                    for cells in steps.values() for outcome, values in cells.values() if outcome == "ok" and "step_time" in values)
+    shown = []
+    for name in ("mujoco-euler", "box3d", "dartpy", "sapien-tgs", "drake-sap"):
+        value, low, high = run.cells("humanoid")[name][1]["raw_speed"][1]["step_time"]
+        shown.append(f"`{name}` {digits(value)} µs [{digits(low)}, {digits(high)}]")
+    return (f"The clock was disturbed: half of the intervals of step times reach {100 * (statistics.median(widths) - 1):.0f} % or"
+            f" more above the value, so most orders of speed in this run are not settled. A step of the humanoid at 1 ms takes {', '.join(shown)}.")
+
+
 # ---- docs/engines.md: many worlds ------------------------------------------------------------------------------------
 
 @sentence(ENGINES)

@@ -41,6 +41,11 @@ def quantity(value, unit):
     return f"{number:g} {prefix}{unit}"
 
 
+def family(engine):
+    """Its name without the precision of the build."""
+    return engine.removesuffix("-f64").removesuffix("-f32")
+
+
 class Run:
     def __init__(self, db):
         self.db = standing.standing(db)
@@ -73,11 +78,11 @@ class Run:
             "SELECT engine, version, capabilities_json FROM contenders WHERE name = ?", (contender,)).fetchone()
         return engine, version, json.loads(capabilities or "{}")
 
-    def has_contacts(self, engine):
-        """Whether one of its contenders takes part where bodies touch."""
+    def has_contacts(self, contender):
+        """Whether it takes part where bodies touch."""
         marks = ", ".join("?" * len(TOUCHING))
-        return self.db.execute(f"SELECT 1 FROM cells c JOIN contenders o ON o.name = c.contender WHERE o.engine = ? AND c.system IN ({marks}) AND"
-                               " c.outcome <> 'unsupported' LIMIT 1", (engine, *TOUCHING)).fetchone() is not None
+        return self.db.execute(f"SELECT 1 FROM cells WHERE contender = ? AND system IN ({marks}) AND outcome <> 'unsupported' LIMIT 1",
+                               (contender, *TOUCHING)).fetchone() is not None
 
     def outcome(self, system, contender, timestep, measure):
         row = self.db.execute("SELECT outcome FROM cells WHERE system = ? AND contender = ? AND timestep_ms = ? AND measure = ?",
@@ -136,7 +141,7 @@ def engines_table(run):
         row[2].add(capabilities.get("coordinates", ""))
         row[3].append(f"`{contender}`")
     def released(engine, version):
-        known = RELEASES[engine.removesuffix("-f64").removesuffix("-f32")]
+        known = RELEASES[family(engine)]
         return {known["version"]: known["released"], **known.get("earlier", {})}.get(version, "unknown")
     return table(["engine", "version", "released", "precision", "coordinates", "contenders here"],
                  [[engine, version, released(engine, version), ", ".join(sorted(precision)), ", ".join(sorted(coordinates)), ", ".join(contenders)]
@@ -241,15 +246,13 @@ def best_table(program, folder, run):
     found = {}
     for system, options, _ in questions:
         for point in asked(program, folder, system, options)["contenders"]:
-            engine, _, _ = run.facts(point["contender"])
+            engine = family(run.facts(point["contender"])[0])
             known = found.setdefault(engine, {})
             if point["realtime_factor"]["value"] > known.get(system, point)["realtime_factor"]["value"] or system not in known:
                 known[system] = point
     rows = []
-    for engine in dict.fromkeys(run.facts(contender)[0] for contender in run.contenders):
+    for engine in dict.fromkeys(family(run.facts(contender)[0]) for contender in run.contenders if run.has_contacts(contender)):
         points = [found.get(engine, {}).get(system) for system, _, _ in questions]
-        if not engine or not run.has_contacts(engine):
-            continue
         rows.append([engine] + [best_text(point) for point in points])
     return table(["engine", *(words + usual(options, asked(program, folder, system, options)) for system, options, words in questions)], rows)
 
@@ -275,13 +278,14 @@ def update(options):
     with opened(options.results) as (database, db), opened(options.full) as (full, other):
         run = Run(db)
         blocks = {"engines": engines_table(run), "figures": figures_table(run, not options.without_speeds)}
+        if options.newer:
+            write(options.page, {"newer-figures": blocks["figures"], "newer-best": best_table(options.program, database.parent, run)})
+            return
         if not options.without_speeds:
             blocks["answers"] = answers_table(options.program, database.parent, full.parent)
-            if options.newer:
-                blocks["best"] = best_table(options.program, database.parent, run)
     if options.worlds:
         with opened(options.worlds) as (_, db):
             run = Run(db)
             for system in ("planar-chain", "humanoid"):
                 blocks[f"worlds-{system}"] = worlds_table(run, system)
-    write(options.page, {f"newer-{name}": text for name, text in blocks.items()} if options.newer else blocks)
+    write(options.page, blocks)
