@@ -225,6 +225,9 @@ def from_samples(store):
         of_states = {name for name in cell.values if f"{name} of states" in store.series[cell.id]}
         for name in sorted(of_states):
             numbers = store.samples(cell)[f"{name} of states"]
+            if None in numbers:  # not a number in a run that diverged: no mean, and no value
+                assert cell.outcome != "ok" and cell.values[name].value is None, (cell, name)
+                continue
             if name == "grasp_held":
                 states = store.systems[cell.system]["initial_states"]["count"]
                 low, high = clopper_pearson(round(sum(numbers)), states)
