@@ -39,7 +39,7 @@ function cell(matrix: TransferMatrix, row: TransferRow | undefined): HTMLElement
     ` ${word}`,
     count ? " " : null,
     count ? el("small", {}, count) : null,
-    against && against !== "not told apart" ? el("small", { class: "apart" }, `${against} than in training`) : null,
+    against && against !== "not told apart" ? el("small", {}, `${against} than in training`) : null,
     excess ? el("small", { class: "excess" }, excess) : null,
   );
   button.addEventListener("click", () => state.choose({ system: matrix.system, contender: row.contender, timestep: row.timestep_ms }));
