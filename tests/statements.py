@@ -896,14 +896,23 @@ def first_bodies(runs):
     return f"which is earlier: {1e3 * when:.0f} ms with `bullet-mb`."
 
 
+EXCESSES = {"velocity_error": "is {} times as far from the velocity", "turning_error": "is {} times as far from the turning rate",
+            "foot_slip": "slips {} times as much", "joint_power": "takes {} times the power"}
+
+
+def excesses(of, trained):
+    """By the rule of docs/methodology.md, "Policies": {value: times} of those that are twice that of training by the near ends, too."""
+    both = [name for name in EXCESSES if name in of and name in trained and trained[name][2]]
+    return {name: of[name][0] / trained[name][0] for name in both if of[name][1] >= 2 * trained[name][2]}
+
+
 @sentence("docs/sim2sim.md")
 def the_worst_follower(runs):
-    values = {contender: transfer_values(runs, contender) for contender in runs.quadruped.cells("policy")}
-    for name in ("velocity_error", "foot_slip"):
-        assert max(values, key=lambda contender: values[contender][name]) == "drake-lagged"
-    lagged, training = values["drake-lagged"], values["mujoco-euler"]
-    assert 9.5 <= lagged["foot_slip"] / training["foot_slip"] < 10.5 and 2.5 < lagged["velocity_error"] / training["velocity_error"] < 3.5
-    return "slips ten times as much and has three times the velocity error"
+    cells = {contender: steps[5]["transfer"][1] for contender, steps in runs.quadruped.cells("policy").items()}
+    found = {contender: excesses(of, cells["mujoco-euler"]) for contender, of in cells.items()}
+    assert [contender for contender, of in found.items() if of] == ["drake-lagged"]
+    *parts, last = (EXCESSES[name].format(f"{times:.2g}") for name, times in sorted(found["drake-lagged"].items(), key=lambda each: -each[1]))
+    return (f"`drake-lagged` stays up, but worse (`!`): it {', '.join(parts)} and {last.removeprefix('is ')} as `mujoco-euler`, because its friction is bounded")
 
 
 @sentence("docs/sim2sim.md")
