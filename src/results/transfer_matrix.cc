@@ -118,9 +118,9 @@ const Value* TransferRow::value(const std::string& name) const {
 }
 
 std::string_view TransferRow::verdict() const {
-  const Value* falls = value("fall_rate");
-  if (falls == nullptr) return "no run";
-  const Interval rate = interval_of(*falls);
+  const Value* found = value("fall_rate");
+  if (found == nullptr) return "no run";
+  const Interval rate = interval_of(*found);
   if (rate.high <= kUp) return excesses.empty() ? "stays up" : "stays up, but worse";
   return rate.low >= kDown ? "falls" : "not settled";
 }
