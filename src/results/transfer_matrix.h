@@ -81,10 +81,11 @@ std::optional<TransferMatrix> transfer_matrix(const Results& results, const std:
 // are told apart from training, and how much worse those are that stay up.
 std::vector<std::string> transfer_answer(const TransferMatrix& matrix);
 
-// {"system", "policy", "trained_in", "trained_ms", "duration_s", "pushes", "many_times", "told_apart", "answer": as above, "rows": [{"contender",
-// "timestep_ms", "outcome", "reason", "runs", "trained", "verdict", "against_training": "falls more often" or as above, "falls_p", "excesses": [{"value",
-// "times"}], "excess": as a sentence, "values": {NAME: {"value", "unit", "low", "high"}}, "parting": {"starts", "parted", "body", "same_body", "joint", "same_joint", "contact", "first_s", "median_s",
-// "shown_s"}}]}; what is missing is null.
+// {"system", "policy", "trained_in", "trained_ms", "duration_s", "pushes", "many_times", "told_apart", "answer": as
+// above, "rows": [{"contender", "timestep_ms", "outcome", "reason", "runs", "trained", "verdict", "against_training":
+// "falls more often" or as above, "falls_p", "excesses": [{"value", "times"}], "excess": as a sentence, "values":
+// {NAME: {"value", "unit", "low", "high"}}, "parting": {"starts", "parted", "body", "same_body", "joint", "same_joint",
+// "contact", "first_s", "median_s", "shown_s"}}]}; what is missing is null.
 nlohmann::ordered_json transfer_json(const TransferMatrix& matrix);
 
 }  // namespace assay

@@ -111,11 +111,11 @@ std::string transfer_text(const TransferMatrix& matrix) {
                   runs.size() == 1 ? std::to_string(*runs.begin()) : "its", shortest(TransferRow::kUp),
                   shortest(TransferRow::kDown)));
   if (trained != nullptr) {
-    line(
-        fmt::format("against training: whether the share of falls is told apart from that of the row with *, by the "
-                    "rank test at {}, corrected for the number of rows; \"but worse\": an error, the slip or the power is "
-                    "at least {} times that row's, even by the near ends of their 95 % intervals",
-                    shortest(kToldApart), shortest(kManyTimes)));
+    line(fmt::format(
+        "against training: whether the share of falls is told apart from that of the row with *, by the "
+        "rank test at {}, corrected for the number of rows; \"but worse\": an error, the slip or the power is "
+        "at least {} times that row's, even by the near ends of their 95 % intervals",
+        shortest(kToldApart), shortest(kManyTimes)));
   }
   if (!matrix.trained_in.empty()) {
     const bool took_part =

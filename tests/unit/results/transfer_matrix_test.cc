@@ -84,7 +84,7 @@ TEST_F(TransferMatrixTest, NumbersThatNameNothingAreNoName) {
   EXPECT_FALSE(matrix.rows[1].parting.shown_s);
 }
 
-// ---- against the run of training -------------------------------------------------------------------------------------
+// ---- against the run of training ------------------------------------------------------------------------------------
 
 // A row that stays up in all of 40 runs, with one value and its interval.
 TransferRow row_with(const char* name, double value, double low, double high) {
