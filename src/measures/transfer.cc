@@ -50,25 +50,47 @@ Vec3 heading_velocity(const Model& model, const State& state, int base) {
           -std::sin(yaw) * velocity.x() + std::cos(yaw) * velocity.y(), body.w_WB.z()};
 }
 
-// Calls `visit` with each shape that touches a plane: the pair's place, the body, its lowest point, the plane's normal.
+// Where a shape comes nearest to the ground: its own point, the ground's normal there, and the distance.
+struct Nearest {
+  Vec3 point, normal;
+  double distance = 0;  // m; negative within the ground
+};
+
+// Of any shape over a plane, and of a sphere over spheres and capsules. Nothing of other pairs, which have no closed
+// form.
+std::optional<Nearest> nearest(const Model& model, const State& state, const Shape& ground, const Shape& shape) {
+  const Pose X_WS = shape_pose(model, state, shape);
+  if (is_plane(ground)) {
+    const Vec3 normal = ground.X_BS.q * Vec3::UnitZ();
+    const Vec3 lowest = X_WS.p - reach(model, shape, X_WS.q.conjugate() * Vec3(-normal)) * normal;
+    return Nearest{lowest, normal, normal.dot(lowest - ground.X_BS.p)};
+  }
+  const auto half = half_segment(ground);
+  if (!half || half_segment(shape) != 0.0) return std::nullopt;
+  const Vec3 axis = ground.X_BS.q * Vec3::UnitZ(), from = X_WS.p - ground.X_BS.p;
+  const Vec3 across = from - std::clamp(axis.dot(from), -*half, *half) * axis;
+  if (across.norm() == 0) return std::nullopt;  // centre on centre
+  const Vec3 normal = across.normalized();
+  return Nearest{X_WS.p - shape.radius * normal, normal, across.norm() - ground.radius - shape.radius};
+}
+
+// Calls `visit` with each shape that touches the ground: the pair's place, the body, its lowest point, the ground's
+// normal.
 template <typename Visit>
 void each_touch(const Model& model, const State& state, const Visit& visit) {
   for (size_t i = 0; i < model.contacts.size(); ++i) {
     const ContactPair& pair = model.contacts[i];
-    const Shape* a = &model.shapes[static_cast<size_t>(pair.shape_a)];
-    const Shape* b = &model.shapes[static_cast<size_t>(pair.shape_b)];
-    if (!is_plane(*a)) std::swap(a, b);
-    if (!is_plane(*a) || a->body != kWorld || is_ground(*b) || b->body == kWorld) continue;
-    const Vec3 normal = a->X_BS.q * Vec3::UnitZ();
-    const Pose X_WS = shape_pose(model, state, *b);
-    const Vec3 down_S = X_WS.q.conjugate() * Vec3(-normal);
-    const Vec3 lowest = X_WS.p - reach(model, *b, down_S) * normal;
-    if (normal.dot(lowest - a->X_BS.p) > kTouching) continue;
-    visit(i, state.bodies[static_cast<size_t>(b->body)], lowest, normal);
+    const Shape* ground = &model.shapes[static_cast<size_t>(pair.shape_a)];
+    const Shape* shape = &model.shapes[static_cast<size_t>(pair.shape_b)];
+    if (ground->body != kWorld) std::swap(ground, shape);
+    if (ground->body != kWorld || is_ground(*shape) || shape->body == kWorld) continue;
+    const auto found = nearest(model, state, *ground, *shape);
+    if (!found || found->distance > kTouching) continue;
+    visit(i, state.bodies[static_cast<size_t>(shape->body)], found->point, found->normal);
   }
 }
 
-// Speeds of the shapes that touch a plane, along it.
+// Speeds of the shapes that touch the ground, along it.
 void add_slips(const Model& model, const State& state, Sum& slips) {
   each_touch(model, state, [&](size_t /*pair*/, const BodyState& body, const Vec3& lowest, const Vec3& normal) {
     const Vec3 velocity = body.v_WBcm + body.w_WB.cross(lowest - body.p_WBcm);
@@ -212,7 +234,7 @@ Measure transfer_measure() {
   return {
       .name = "transfer",
       .reads = Reads::kRunPairs,
-      .version = 2,  // what is stored beside the values
+      .version = 3,  // touches of the world's spheres and capsules
       .values =
           {{"fall_rate", "1", "Fall rate", "fall rate", kLow, kNo, kLimit,
             "share of the runs under a policy in which the robot fell, or the engine failed", 7, kShare},
@@ -225,8 +247,7 @@ Measure transfer_measure() {
             "mean distance of the base's rate about the vertical from the commanded one while the robot is up", 7,
             kMeanOfAll},
            {"foot_slip", "m/s", "Foot slip", "foot slip", kLow, kNo, kLimit,
-            "mean horizontal speed of the shapes' lowest points while they touch the ground and the robot is up", 7,
-            kMeanOfAll},
+            "mean speed along the ground of the shapes' points that touch it, while the robot is up", 7, kMeanOfAll},
            {"joint_power", "W", "Joint power", "joint power", kNone, kNo, kNo,
             "mean over the run of the sum over joints of |torque x rate|, of the torques that the policy asked for", 7,
             kMeanOfAll},

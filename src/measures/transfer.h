@@ -28,12 +28,13 @@ struct Transfer {
   double up_s = 0;                       // until then, or the whole run
   std::optional<double> velocity_error;  // m/s, mean distance from the commanded planar velocity; of samples when up
   std::optional<double> turning_error;   // rad/s, mean distance from the commanded rate
-  std::optional<double> foot_slip;       // m/s, mean horizontal speed of what touches the ground
+  std::optional<double> foot_slip;       // m/s, mean speed along the ground of what touches it
 };
 
 // `states` at equal distances, the initial state first; `ended_early`: the run was to go on, but failed after them. A
-// shape touches the ground when its lowest point is within kTouching of a plane that it collides with; its speed is
-// that of the body there, which is exact for spheres and for corners and edges that stand.
+// shape touches the ground when its lowest point is within kTouching of a plane that it collides with, a sphere also
+// when it is that near to a sphere or capsule of the world; its speed is that of the body there, which is exact for
+// spheres and for corners and edges that stand.
 inline constexpr double kTouching = 2e-3;  // m
 Transfer transfer(const Model& model, const std::vector<State>& states, const TransferTask& task, bool ended_early);
 
@@ -42,7 +43,7 @@ struct FirstParting {
   double time_s = 0;     // from the start until a body's centre of mass is more than kPartedMetres from the other run's
   int body = 0;          // the first such body: index into Model::bodies
   int joint = -1;        // that moves bodies apart the most then: index into Model::joints; -1: a free base itself does
-  bool contact = false;  // at that sample or the one before, a shape touches a plane in one of the runs only
+  bool contact = false;  // at that sample or the one before, a shape touches the ground in one of the runs only
 };
 
 // The same number of samples at the same times (assert). A joint moves bodies apart by the difference of its positions,

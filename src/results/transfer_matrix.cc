@@ -1,6 +1,7 @@
 #include "results/transfer_matrix.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -11,6 +12,7 @@
 
 #include "base/text.h"
 #include "measures/measure.h"
+#include "measures/rank_test.h"
 #include "measures/statistics.h"
 #include "measures/transfer.h"
 #include "results/store/facts.h"
@@ -69,6 +71,41 @@ TransferParting parting_of(const std::vector<SampleSeries>& samples, const Scene
   return parting;
 }
 
+// What more of a value means, after the contender's name.
+struct ExcessWords {
+  std::string_view value, before, after;
+};
+constexpr std::array<ExcessWords, 4> kExcessWords = {{{"velocity_error", "is ", " times as far from the velocity"},
+                                                      {"turning_error", "is ", " times as far from the turning rate"},
+                                                      {"foot_slip", "slips ", " times as much"},
+                                                      {"joint_power", "takes ", " times the power"}}};
+
+// "a, b and c".
+std::string list(const std::vector<std::string>& parts) {
+  if (parts.size() < 2) return join(parts, "");
+  return join({parts.begin(), parts.end() - 1}, ", ") + " and " + parts.back();
+}
+
+std::string place_of(const TransferRow& row) {
+  return fmt::format("{} at {} ms", row.contender, timestep_label(row.timestep_ms));
+}
+
+// Fills in what the rows are against the run of training.
+void compare_with_training(TransferMatrix& matrix) {
+  const TransferRow* trained = matrix.trained();
+  if (trained == nullptr || trained->runs() == 0) return;
+  std::vector<TransferRow*> compared;
+  std::vector<double> p;
+  for (TransferRow& row : matrix.rows) {
+    if (&row == trained || row.runs() == 0) continue;
+    row.excesses = excesses(row, *trained);
+    compared.push_back(&row);
+    p.push_back(rank_test(row.falls, trained->falls));
+  }
+  const std::vector<double> corrected = corrected_for_number(p);
+  for (size_t i = 0; i < compared.size(); ++i) compared[i]->falls_p = corrected[i];
+}
+
 nlohmann::ordered_json number_json(const std::optional<double>& number) {
   return number && std::isfinite(*number) ? nlohmann::ordered_json(*number) : nlohmann::ordered_json(nullptr);
 }
@@ -81,11 +118,45 @@ const Value* TransferRow::value(const std::string& name) const {
 }
 
 std::string_view TransferRow::verdict() const {
-  const Value* falls = value("fall_rate");
-  if (falls == nullptr) return "no run";
-  const Interval rate = interval_of(*falls);
-  if (rate.high <= kUp) return "stays up";
+  const Value* found = value("fall_rate");
+  if (found == nullptr) return "no run";
+  const Interval rate = interval_of(*found);
+  if (rate.high <= kUp) return excesses.empty() ? "stays up" : "stays up, but worse";
   return rate.low >= kDown ? "falls" : "not settled";
+}
+
+std::vector<TransferExcess> excesses(const TransferRow& row, const TransferRow& trained) {
+  std::vector<TransferExcess> found;
+  for (const ExcessWords& words : kExcessWords) {
+    const Value *own = row.value(std::string(words.value)), *then = trained.value(std::string(words.value));
+    if (own == nullptr || then == nullptr || !own->low || !then->high || *then->high <= 0) continue;
+    if (*own->low >= kManyTimes * *then->high) {
+      found.push_back({std::string(words.value), *own->value / *then->value});
+    }
+  }
+  std::ranges::stable_sort(found, std::greater(), &TransferExcess::times);
+  return found;
+}
+
+std::string excess_text(const std::vector<TransferExcess>& excesses) {
+  std::vector<std::string> parts;
+  for (const TransferExcess& excess : excesses) {
+    const auto words = std::ranges::find(kExcessWords, excess.value, &ExcessWords::value);
+    parts.push_back(fmt::format("{}{:.2g}{}", words->before, excess.times, words->after));
+  }
+  return list(parts);
+}
+
+const TransferRow* TransferMatrix::trained() const {
+  const auto found = std::ranges::find(rows, true, &TransferRow::trained);
+  return found == rows.end() ? nullptr : &*found;
+}
+
+std::string_view TransferMatrix::against_training(const TransferRow& row) const {
+  if (!row.falls_p) return "";
+  if (*row.falls_p > kToldApart) return "not told apart";
+  const double now = *row.value("fall_rate")->value, then = *trained()->value("fall_rate")->value;
+  return now > then ? "falls more often" : "falls less often";
 }
 
 std::optional<TransferMatrix> transfer_matrix(const Results& results, const std::string& system) {
@@ -113,11 +184,12 @@ std::optional<TransferMatrix> transfer_matrix(const Results& results, const std:
     row.reason = cell.reason;
     row.trained = cell.contender == matrix.trained_in && same_timestep(cell.timestep_ms, matrix.trained_ms);
     for (const Value& value : cell.values) row.values.emplace(value.name, value);
-    if (row.value("fall_rate") == nullptr) continue;
-    row.runs = 1;
+    const Value* rate = row.value("fall_rate");
+    if (rate == nullptr) continue;
+    row.falls = {*rate->value};
     const std::vector<SampleSeries> samples = results.store().samples(cell.id);
     for (const SampleSeries& series : samples) {
-      if (series.name == "fall_rate of states") row.runs = series.values.size();
+      if (series.name == "fall_rate of states") row.falls = series.values;
     }
     row.parting = parting_of(samples, scene, shown);
   }
@@ -128,6 +200,7 @@ std::optional<TransferMatrix> transfer_matrix(const Results& results, const std:
                       row.timestep_ms);
   };
   std::ranges::stable_sort(matrix.rows, std::less(), order);
+  compare_with_training(matrix);
   return matrix;
 }
 
@@ -152,6 +225,20 @@ std::vector<std::string> transfer_answer(const TransferMatrix& matrix) {
                                                 timesteps.size(), timesteps.size() == 1 ? "" : "s",
                                                 always.empty() || all ? "" : ": ", all ? "" : join(always, ", "))};
   for (const auto& [verdict, where] : found) lines.push_back(fmt::format("{}: {}", verdict, join(where, "; ")));
+  const TransferRow* trained = matrix.trained();
+  if (trained == nullptr) return lines;
+  std::map<std::string_view, std::vector<std::string>> against;
+  for (const TransferRow& row : matrix.rows) {
+    if (const std::string_view how = matrix.against_training(row); !how.empty()) against[how].push_back(place_of(row));
+  }
+  for (const auto& [how, rows] : against) {
+    lines.push_back(fmt::format("{} {} {}: {}", how, how == "not told apart" ? "from" : "than", place_of(*trained),
+                                join(rows, ", ")));
+  }
+  for (const TransferRow& row : matrix.rows) {
+    if (row.excesses.empty()) continue;
+    lines.push_back(fmt::format("{} {} as {}", place_of(row), excess_text(row.excesses), place_of(*trained)));
+  }
   return lines;
 }
 
@@ -168,14 +255,22 @@ nlohmann::ordered_json transfer_json(const TransferMatrix& matrix) {
                       {"low", number_json(value.low)},
                       {"high", number_json(value.high)}};
     }
+    nlohmann::ordered_json excesses = nlohmann::ordered_json::array();
+    for (const TransferExcess& excess : row.excesses) {
+      excesses.push_back({{"value", excess.value}, {"times", number_json(excess.times)}});
+    }
     const TransferParting& parting = row.parting;
     rows.push_back({{"contender", row.contender},
                     {"timestep_ms", row.timestep_ms},
                     {"outcome", outcome_text(row.outcome)},
                     {"reason", text_json(row.reason)},
-                    {"runs", row.runs},
+                    {"runs", row.runs()},
                     {"trained", row.trained},
                     {"verdict", row.verdict()},
+                    {"against_training", text_json(std::string(matrix.against_training(row)))},
+                    {"falls_p", number_json(row.falls_p)},
+                    {"excesses", std::move(excesses)},
+                    {"excess", text_json(excess_text(row.excesses))},
                     {"values", std::move(values)},
                     {"parting",
                      {{"starts", parting.starts},
@@ -195,6 +290,8 @@ nlohmann::ordered_json transfer_json(const TransferMatrix& matrix) {
           {"trained_ms", matrix.trained_ms > 0 ? nlohmann::ordered_json(matrix.trained_ms) : nlohmann::ordered_json()},
           {"duration_s", matrix.duration_s},
           {"pushes", text_json(matrix.pushes)},
+          {"many_times", kManyTimes},
+          {"told_apart", kToldApart},
           {"answer", transfer_answer(matrix)},
           {"rows", std::move(rows)}};
 }

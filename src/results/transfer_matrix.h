@@ -23,22 +23,42 @@ struct TransferParting {
   std::optional<double> shown_s;            // of the run that is kept for replays
 };
 
+// A value that is many times that of the run of training.
+struct TransferExcess {
+  std::string value;  // "foot_slip"
+  double times = 0;   // the one's mean over the other's
+};
+
 struct TransferRow {
   std::string contender;
   double timestep_ms = 0;
   Outcome outcome = Outcome::kOk;
   std::string reason;                   // "" for ok
-  size_t runs = 0;                      // that were made, one from each initial state; 0 where the engine refused
+  std::vector<double> falls;            // of each run 1 or 0, one from each initial state; none where there was no run
   bool trained = false;                 // the contender and timestep of training
   std::map<std::string, Value> values;  // by name, as in the catalogue
   TransferParting parting;
+  // Against the run of training, where that takes part and this is another one.
+  std::vector<TransferExcess> excesses;  // the largest first
+  std::optional<double> falls_p;         // that it falls as often: of the rank test, corrected for the number of rows
 
+  size_t runs() const { return falls.size(); }
   const Value* value(const std::string& name) const;
   // What the fall rate says of this many runs: "stays up" where its interval ends at or below kUp, "falls" where it
-  // begins at or above kDown, else "not settled".
+  // begins at or above kDown, else "not settled". "stays up, but worse" is one that stays up with an excess.
   std::string_view verdict() const;
   static constexpr double kUp = 0.2, kDown = 0.5;
 };
+
+// The values of `row` that even by the near ends of both intervals are at least kManyTimes those of `trained`.
+inline constexpr double kManyTimes = 2;
+std::vector<TransferExcess> excesses(const TransferRow& row, const TransferRow& trained);
+
+// "slips 9.7 times as much and takes 3 times the power"; "" without any.
+std::string excess_text(const std::vector<TransferExcess>& excesses);
+
+// Whether the share of falls is told apart from that of training: falls_p is at most kToldApart.
+inline constexpr double kToldApart = 0.05;
 
 struct TransferMatrix {
   std::string system;
@@ -48,18 +68,24 @@ struct TransferMatrix {
   double duration_s = 0;
   std::string pushes;             // "pushes of 0.5 m/s every 3 s"; "" for none
   std::vector<TransferRow> rows;  // the lowest fall rate first, then by contender and timestep; those without one last
+
+  const TransferRow* trained() const;  // the run of training; null where it takes no part
+  // "falls more often", "falls less often", "not told apart"; "" where the row is not compared.
+  std::string_view against_training(const TransferRow& row) const;
 };
 
 // Empty for a system without the measure.
 std::optional<TransferMatrix> transfer_matrix(const Results& results, const std::string& system);
 
-// The answer in sentences: which contenders keep the robot up at every timestep, then where others do not.
+// The answer in sentences: which contenders keep the robot up at every timestep, then where others do not, which rows
+// are told apart from training, and how much worse those are that stay up.
 std::vector<std::string> transfer_answer(const TransferMatrix& matrix);
 
-// {"system", "policy", "trained_in", "trained_ms", "duration_s", "pushes", "answer": as above, "rows": [{"contender",
-// "timestep_ms", "outcome", "reason", "runs", "trained", "verdict", "values": {NAME: {"value", "unit", "low", "high"}},
-// "parting": {"starts", "parted", "body", "same_body", "joint", "same_joint", "contact", "first_s", "median_s",
-// "shown_s"}}]}; what is missing is null.
+// {"system", "policy", "trained_in", "trained_ms", "duration_s", "pushes", "many_times", "told_apart", "answer": as
+// above, "rows": [{"contender", "timestep_ms", "outcome", "reason", "runs", "trained", "verdict", "against_training":
+// "falls more often" or as above, "falls_p", "excesses": [{"value", "times"}], "excess": as a sentence, "values":
+// {NAME: {"value", "unit", "low", "high"}}, "parting": {"starts", "parted", "body", "same_body", "joint", "same_joint",
+// "contact", "first_s", "median_s", "shown_s"}}]}; what is missing is null.
 nlohmann::ordered_json transfer_json(const TransferMatrix& matrix);
 
 }  // namespace assay

@@ -66,7 +66,9 @@ std::string transfer_text(const TransferMatrix& matrix) {
                                                                     {"foot_slip", "foot slip"},
                                                                     {"joint_power", "power"},
                                                                     {"policy_parting_time", "parts after"}};
+  const TransferRow* trained = matrix.trained();
   std::vector<std::string> headings = {"contender", "timestep", "verdict"};
+  if (trained != nullptr) headings.emplace_back("against training");
   std::vector<size_t> right = {1};
   std::vector<std::string> shown;
   for (const auto& [name, heading] : columns) {
@@ -82,9 +84,10 @@ std::string transfer_text(const TransferMatrix& matrix) {
   std::vector<std::string> reasons;
   double policy_us = 0;
   for (const TransferRow& row : matrix.rows) {
-    if (row.runs > 0) runs.insert(row.runs);
+    if (row.runs() > 0) runs.insert(row.runs());
     std::vector<std::string> cells = {row.contender + (row.trained ? " *" : ""),
                                       timestep_label(row.timestep_ms) + " ms", std::string(row.verdict())};
+    if (trained != nullptr) cells.emplace_back(matrix.against_training(row));
     for (const std::string& name : shown) cells.push_back(cell_text(row, name));
     if (told) cells.push_back(parting_text(row.parting));
     rows.push_back(std::move(cells));
@@ -107,6 +110,13 @@ std::string transfer_text(const TransferMatrix& matrix) {
                   "up\" and \"falls\" where that interval ends at or below {} or begins at or above {}",
                   runs.size() == 1 ? std::to_string(*runs.begin()) : "its", shortest(TransferRow::kUp),
                   shortest(TransferRow::kDown)));
+  if (trained != nullptr) {
+    line(fmt::format(
+        "against training: whether the share of falls is told apart from that of the row with *, by the "
+        "rank test at {}, corrected for the number of rows; \"but worse\": an error, the slip or the power is "
+        "at least {} times that row's, even by the near ends of their 95 % intervals",
+        shortest(kToldApart), shortest(kManyTimes)));
+  }
   if (!matrix.trained_in.empty()) {
     const bool took_part =
         std::ranges::any_of(matrix.rows, [&](const TransferRow& row) { return row.contender == matrix.trained_in; });

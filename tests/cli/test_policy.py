@@ -1,9 +1,13 @@
 """Policies as control: the example's cart-pole in the engines, and files that do not fit or are hostile."""
 
 import json
+import math
 import os
 import pathlib
+import shutil
 import sqlite3
+import subprocess
+import sys
 import unittest
 
 import onnx_file
@@ -272,6 +276,83 @@ class Transfer(Policy):
             measures = {name for (name,) in db.execute("SELECT measure FROM cells")}
         self.assertIn("transfer", measures)
         self.refused("transfer", "results", "other", naming=["'other'", "policy"])
+
+
+class AgainstTraining(Policy):
+    """The quadruped on rough ground, pushed: some seconds of the campaign that docs/sim2sim.md shows."""
+
+    # the same engine with friction that gives way: it slips
+    CAMPAIGN = """
+name = "rough"
+contenders = ["mujoco-euler", "ode-quick", "slippery"]
+timesteps_ms = [5]
+reference_ms = 5
+measures = ["transfer"]
+[[contender]]
+name = "slippery"
+base = "mujoco-euler"
+set = {impratio = 0.01}
+[[system]]
+name = "walk"
+model = "./rough.xml"
+control = {kind = "policy", config = "policy.toml"}
+duration_s = 2
+sample_ms = 20
+initial_states = 24
+[[system]]
+name = "pushed"
+model = "./rough.xml"
+control = {kind = "policy", config = "policy.toml"}
+duration_s = 2
+sample_ms = 20
+initial_states = 24
+push = {velocity = 2, every_s = 0.5}
+"""
+
+    def p_of(self, a, b, runs):
+        """That two shares of as many runs each are equal: the rank test's normal approximation."""
+        fallen = a + b
+        if fallen in (0, 2 * runs):
+            return 1
+        z = max(0, runs * abs(a - b) - 1) * math.sqrt((2 * runs - 1) / (runs * runs * fallen * (2 * runs - fallen)))
+        return math.erfc(z / math.sqrt(2))
+
+    def test_falls_and_errors_are_compared_with_those_of_training(self):
+        shutil.copytree(SOURCE / "examples/quadruped-policy", self.dir / "robot")
+        self.write("robot/short.toml", self.CAMPAIGN)
+        self.assay("run", "robot/short.toml", "--out", "results")
+        for matrix in self.assay_json("transfer", "results", "--json")["systems"]:
+            rows = {row["contender"]: row for row in matrix["rows"]}
+            trained = rows.pop("mujoco-euler")
+            self.assertIsNone(trained["against_training"])
+            self.assertEqual(trained["excesses"], [])
+            fallen = {name: round(row["runs"] * row["values"]["fall_rate"]["value"]) for name, row in {**rows, "training": trained}.items()}
+            p = {name: self.p_of(fallen[name], fallen["training"], 24) for name in rows}
+            first, second = sorted(p, key=p.get)
+            corrected = {second: p[second], first: min(2 * p[first], p[second])}
+            for name, row in rows.items():
+                with self.subTest(system=matrix["system"], contender=name):
+                    self.assertAlmostEqual(row["falls_p"], corrected[name], places=9)
+                    word = "not told apart" if corrected[name] > 0.05 else f"falls {'more' if fallen[name] > fallen['training'] else 'less'} often"
+                    self.assertEqual(row["against_training"], word)
+                    worse = {value for value in ("velocity_error", "turning_error", "foot_slip", "joint_power")
+                             if row["values"][value]["low"] >= 2 * trained["values"][value]["high"]}
+                    self.assertEqual({each["value"] for each in row["excesses"]}, worse)
+                    self.assertEqual(row["verdict"] == "stays up, but worse", bool(worse) and row["values"]["fall_rate"]["high"] <= 0.2)
+            if matrix["system"] == "walk":
+                self.assertEqual(trained["verdict"], "stays up")
+                self.assertEqual(rows["slippery"]["verdict"], "stays up, but worse")
+                self.assertIn("times as much", rows["slippery"]["excess"])
+                self.assertIn(f"slippery at 5 ms {rows['slippery']['excess']} as mujoco-euler at 5 ms", matrix["answer"])
+            else:
+                self.assertGreater(fallen["training"], 0)
+        text = self.assay("transfer", "results", "walk")
+        self.assertRegex(text, r"slippery +5 ms +stays up, but worse")
+
+    def test_the_rough_ground_follows_from_its_seed(self):
+        folder = SOURCE / "examples/quadruped-policy"
+        subprocess.run([sys.executable, folder / "rough_ground.py", "--out", self.dir / "rough.xml"], check=True)
+        self.assertEqual((self.dir / "rough.xml").read_text(), (folder / "rough.xml").read_text())
 
 
 if __name__ == "__main__":

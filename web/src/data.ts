@@ -239,6 +239,8 @@ export interface TransferMatrix {
   trained_ms: number | null;
   duration_s: number;
   pushes: string | null;
+  many_times: number; // from which on a value is an excess
+  told_apart: number; // the p-value up to which shares of falls differ
   answer: string[];
   rows: TransferRow[];
 }
@@ -250,7 +252,11 @@ export interface TransferRow {
   reason: string | null;
   runs: number;
   trained: boolean;
-  verdict: "stays up" | "falls" | "not settled" | "no run";
+  verdict: "stays up" | "stays up, but worse" | "falls" | "not settled" | "no run";
+  against_training: "falls more often" | "falls less often" | "not told apart" | null; // null: not compared
+  falls_p: number | null;
+  excesses: { value: string; times: number }[]; // values that are many times those of training
+  excess: string | null; // the same in words
   values: Record<string, { value: number | null; unit: string; low: number | null; high: number | null }>;
   parting: {
     starts: number;

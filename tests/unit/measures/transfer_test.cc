@@ -117,6 +117,32 @@ TEST(Transfer, SlipIsTheSpeedOfTheLowestPointOnTheGround) {
   EXPECT_FALSE(slip({1, 0, 0}, Vec3::Zero(), 0.103));
 }
 
+// A log of the world along x, its axis in the plane's height, in place of the plane: touched by balls from any side.
+TEST(Transfer, SlipOnALogIsAlongItsSurface) {
+  Model model = ball();
+  Shape& log = model.shapes[0];
+  log.type = ShapeType::kCapsule;
+  log.radius = 0.3;
+  log.half_length = 1;
+  log.X_BS.q = Quat(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitY()));
+  const Vec3 normal(0, 0.6, 0.8);
+  const auto slip = [&](const Vec3& velocity, const Vec3& spin, double gap, double along) {
+    const auto states = run(model, 3, [&](State& state, double /*t*/) {
+      BodyState& body = state.bodies[0];
+      body.p_WBcm = Vec3(along, 0, 0) + (0.4 + gap) * normal + Vec3(0.02, 0, 0);
+      body.w_WB = spin;
+      body.v_WBcm = velocity + spin.cross(Vec3(0.02, 0, 0));
+    });
+    return transfer(model, states, task(), false).foot_slip;
+  };
+  EXPECT_NEAR(slip({0.5, 0, 0}, Vec3::Zero(), 0.001, 0).value_or(-1), 0.5, 1e-12);
+  EXPECT_NEAR(slip(2 * normal, Vec3::Zero(), 0, 0.9).value_or(-1), 0, 1e-12);  // away from it, not along it
+  // rolling across it: 1 m/s with 10 rad/s at 0.1 m
+  EXPECT_NEAR(slip({0, -0.8, 0.6}, {10, 0, 0}, 0, 0).value_or(-1), 0, 1e-12);
+  EXPECT_FALSE(slip({1, 0, 0}, Vec3::Zero(), 0.003, 0));
+  EXPECT_FALSE(slip({1, 0, 0}, Vec3::Zero(), 0, 1.1));  // beyond the log's cap, whose centre is at 1 m
+}
+
 TEST(Transfer, WhatComesAfterTheFallDoesNotCount) {
   const Model model = ball();
   TransferTask low = task();

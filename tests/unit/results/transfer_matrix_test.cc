@@ -1,5 +1,10 @@
 #include "results/transfer_matrix.h"
 
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -77,6 +82,98 @@ TEST_F(TransferMatrixTest, NumbersThatNameNothingAreNoName) {
   EXPECT_EQ(matrix.rows[1].parting.body, "");
   EXPECT_EQ(matrix.rows[1].parting.joint, "");
   EXPECT_FALSE(matrix.rows[1].parting.shown_s);
+}
+
+// ---- against the run of training ------------------------------------------------------------------------------------
+
+// A row that stays up in all of 40 runs, with one value and its interval.
+TransferRow row_with(const char* name, double value, double low, double high) {
+  TransferRow row;
+  row.falls = std::vector<double>(40, 0);
+  row.values["fall_rate"] = {"fall_rate", "1", 0.0, 0.0, 0.09};
+  row.values[name] = {name, "m/s", value, low, high};
+  return row;
+}
+
+TEST(TransferExcess, EvenTheNearEndsAreManyTimesApart) {
+  const TransferRow trained = row_with("foot_slip", 0.95, 0.9, 1.0);
+  for (const auto& [low, worse] : {std::pair(kManyTimes, true), {kManyTimes - 1e-9, false}}) {
+    TransferRow row = row_with("foot_slip", 2.85, low, 3.5);
+    row.excesses = excesses(row, trained);
+    EXPECT_EQ(row.verdict(), worse ? "stays up, but worse" : "stays up") << low;
+    ASSERT_EQ(row.excesses.size(), worse ? 1U : 0U) << low;
+    EXPECT_EQ(excess_text(row.excesses), worse ? "slips 3 times as much" : "");
+  }
+}
+
+TEST(TransferExcess, LessIsNoneAndNeitherIsAValueWithoutAnInterval) {
+  const TransferRow trained = row_with("foot_slip", 0.95, 0.9, 1.0);
+  EXPECT_TRUE(excesses(row_with("foot_slip", 0.1, 0.09, 0.11), trained).empty());
+  TransferRow single = row_with("foot_slip", 10, 10, 10);
+  single.values["foot_slip"].low.reset();
+  EXPECT_TRUE(excesses(single, trained).empty());
+  // other values are no errors
+  EXPECT_TRUE(excesses(row_with("time_up", 10, 9, 11), row_with("time_up", 1, 0.9, 1.1)).empty());
+}
+
+TEST(TransferExcess, TheLargestComesFirst) {
+  TransferRow trained = row_with("foot_slip", 1, 0.9, 1.1), row = row_with("foot_slip", 4, 3, 5);
+  trained.values["joint_power"] = {"joint_power", "W", 40.0, 39.0, 41.0};
+  row.values["joint_power"] = {"joint_power", "W", 400.0, 390.0, 410.0};
+  EXPECT_EQ(excess_text(excesses(row, trained)), "takes 10 times the power and slips 4 times as much");
+}
+
+TEST(TransferExcess, OneThatFallsIsNotCalledUp) {
+  TransferRow row = row_with("foot_slip", 4, 3, 5);
+  row.values["fall_rate"] = {"fall_rate", "1", 1.0, 0.91, 1.0};
+  row.excesses = excesses(row, row_with("foot_slip", 1, 0.9, 1.1));
+  EXPECT_EQ(row.excesses.size(), 1U);
+  EXPECT_EQ(row.verdict(), "falls");
+}
+
+class AgainstTrainingTest : public TempFolderTest {
+ protected:
+  // Contenders "a", in which the policy was trained, "b", "c", ... with so many falls in 40 runs.
+  TransferMatrix matrix_of(const std::vector<int>& falls) {
+    Store made = Store::create((dir_ / std::to_string(stores_++)).string(), {"c", "h"});
+    made.set_systems({{"walk", R"({"trained_in": "a", "trained_ms": 5})"}});
+    for (size_t i = 0; i < falls.size(); ++i) {
+      Cell cell;
+      cell.key = cell.contender = std::string(1, static_cast<char>('a' + i));
+      cell.system = "walk";
+      cell.measure = "transfer";
+      cell.timestep_ms = 5;
+      std::vector<double> runs(40, 0);
+      std::fill_n(runs.begin(), falls[i], 1);
+      cell.values = {{"fall_rate", "1", falls[i] / 40.0, 0.0, 1.0}};
+      made.put_cell(cell, {{"fall_rate of states", runs}});
+    }
+    return transfer_matrix(Results(made), "walk").value_or(TransferMatrix());
+  }
+  static std::string_view against(const TransferMatrix& matrix, const std::string& contender) {
+    return matrix.against_training(*std::ranges::find(matrix.rows, contender, &TransferRow::contender));
+  }
+
+ private:
+  int stores_ = 0;
+};
+
+// z^2 = (n m |difference| - 1)^2 (N - 1) / (n m k (N - k)) of k falls in N = n + m runs: 3.27 and 4.10 for 20 and 21
+// against 12 of 40, and 3.84 at p = 0.05.
+TEST_F(AgainstTrainingTest, SharesAreToldApartByTheRankTest) {
+  EXPECT_EQ(against(matrix_of({12, 20}), "b"), "not told apart");
+  EXPECT_EQ(against(matrix_of({12, 21}), "b"), "falls more often");
+  EXPECT_EQ(against(matrix_of({21, 12}), "b"), "falls less often");
+  EXPECT_EQ(against(matrix_of({0, 0}), "b"), "not told apart");
+}
+
+TEST_F(AgainstTrainingTest, IsCorrectedForTheNumberOfRows) {
+  const TransferMatrix matrix = matrix_of({12, 21, 12, 40});
+  EXPECT_EQ(against(matrix, "a"), "");
+  EXPECT_EQ(against(matrix, "b"), "not told apart");  // 3/2 of 0.043
+  EXPECT_EQ(against(matrix, "d"), "falls more often");
+  EXPECT_THAT(transfer_answer(matrix), testing::Contains("falls more often than a at 5 ms: d at 5 ms"));
+  EXPECT_THAT(transfer_answer(matrix), testing::Contains("not told apart from a at 5 ms: c at 5 ms, b at 5 ms"));
 }
 
 }  // namespace

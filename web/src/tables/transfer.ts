@@ -11,6 +11,7 @@ import { scrollFrame } from "./sortable";
 
 const kVerdicts: Record<TransferRow["verdict"], { sign: string; word: string; style: string }> = {
   "stays up": { sign: "✓", word: "stays up", style: "good" },
+  "stays up, but worse": { sign: "!", word: "stays up, but", style: "open" },
   falls: { sign: "✗", word: "falls", style: "bad" },
   "not settled": { sign: "?", word: "not settled", style: "open" },
   "no run": { sign: "–", word: "no run", style: "none" },
@@ -28,7 +29,9 @@ function cell(matrix: TransferMatrix, row: TransferRow | undefined): HTMLElement
   const fallen = rate?.value === null || rate?.value === undefined ? null : Math.round(rate.value * row.runs);
   const range = rate && rate.low !== null && rate.high !== null ? `, 95 % interval of the share ${percent(rate.low)} to ${percent(rate.high)}` : "";
   const count = fallen === null ? "" : `${fallen} of ${row.runs} fall`;
-  const text = `${row.contender} at ${timestep(row.timestep_ms)} ms: ${word}${count ? `, ${count}${range}` : ""}${row.reason ? `; ${row.reason}` : ""}`;
+  const { against_training: against, excess } = row;
+  const notes = [count ? `${count}${range}` : "", against && matrix.trained_in ? (against === "not told apart" ? `${against} from training` : `${against} than in training`) : "", excess ?? ""];
+  const text = `${row.contender} at ${timestep(row.timestep_ms)} ms: ${[row.verdict, ...notes].filter(Boolean).join(", ")}${row.reason ? `; ${row.reason}` : ""}`;
   const button = el(
     "button",
     { type: "button", class: "transfer-button", title: text, "data-timestep": row.timestep_ms, "data-contender-of": row.contender },
@@ -36,6 +39,8 @@ function cell(matrix: TransferMatrix, row: TransferRow | undefined): HTMLElement
     ` ${word}`,
     count ? " " : null,
     count ? el("small", {}, count) : null,
+    against && against !== "not told apart" ? el("small", {}, `${against} than in training`) : null,
+    excess ? el("small", { class: "excess" }, excess) : null,
   );
   button.addEventListener("click", () => state.choose({ system: matrix.system, contender: row.contender, timestep: row.timestep_ms }));
   return el("td", { class: `transfer-cell ${style}`, "data-verdict": row.verdict }, button);
@@ -105,7 +110,10 @@ export function transfers(report: Report, matrix: TransferMatrix, palette: Palet
   const runs = Math.max(0, ...matrix.rows.map((row) => row.runs));
   const at = matrix.trained_ms === null ? "" : ` at ${timestep(matrix.trained_ms)} ms`;
   const training = matrix.trained_in ? ` First body to separate: the body that is first more than 1 mm from that in ${matrix.trained_in}, where the policy was trained${at}, and the joint that moves it the most.` : "";
-  const text = `${matrix.policy}, ${runs} ${runs === 1 ? "run" : "runs"} of ${quantity(matrix.duration_s, "s")} for each figure${matrix.pushes ? `, with ${matrix.pushes}` : ""}. ✓ stays up: the 95 % interval of the share that falls ends at or below 20 %; ✗ falls: it begins at or above 50 %; ? neither.${training} A click on a figure opens its details.`;
+  const compared = matrix.rows.some((row) => row.against_training)
+    ? ` Falls more or less often: the share differs from that of training by the rank test, p at most ${matrix.told_apart} after a correction for the number of rows. !: stays up, but an error, the slip or the power is at least ${matrix.many_times} times that of training, even by the near ends of the 95 % intervals.`
+    : "";
+  const text = `${matrix.policy}, ${runs} ${runs === 1 ? "run" : "runs"} of ${quantity(matrix.duration_s, "s")} for each figure${matrix.pushes ? `, with ${matrix.pushes}` : ""}. ✓ stays up: the 95 % interval of the share that falls ends at or below 20 %; ✗ falls: it begins at or above 50 %; ? neither.${compared}${training} A click on a figure opens its details.`;
   return [
     el(
       "div",
