@@ -21,9 +21,10 @@ import tempfile
 
 import packed
 
-# Of a policy's configuration, which an option names by its absolute path.
-FOLDERS = re.compile(r"(config=)/[^\"\s]*?/(examples/)")
-ELSEWHERE = re.compile(r"(config=)/(?!assay/)[^\"\s]*/")
+# Of a policy's configuration, which an option names by its absolute path: in a system's control and in its scene.
+FOLDERS = re.compile(r"(config=|\"policy\":\")/[^\"\s]*?/(examples/)")
+ELSEWHERE = re.compile(r"(config=|\"policy\":\")/(?!assay/)[^\"\s]*/")
+TABLES = {"systems": ("name", "rowid"), "scenes": ("system", "system")}  # of JSON: key, order of the stored hash
 REPLAYS = re.compile(r'(<script[^>]*id="assay-replays"[^>]*>)(.*?)(</script>)', re.S)
 
 
@@ -41,8 +42,20 @@ def manifest_hash(db):
     return hash_of(rows)
 
 
-def systems_hash(db):
-    return hash_of(db.execute("SELECT CAST(json AS BLOB), CAST(name AS BLOB) FROM systems ORDER BY rowid"))
+def table_hash(db, table):
+    key, order = TABLES[table]
+    return hash_of(db.execute(f"SELECT CAST(json AS BLOB), CAST({key} AS BLOB) FROM {table} ORDER BY {order}"))
+
+
+def has_table(db, table):  # results of before version 2 have no scenes
+    return db.execute("SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = ?", (table,)).fetchone() is not None
+
+
+def take_folders_off(db, table):
+    """The files that rows of JSON name, without the folders of the machine that they were given on."""
+    key, _ = TABLES[table]
+    for name, text in db.execute(f"SELECT {key}, json FROM {table}").fetchall():
+        db.execute(f"UPDATE {table} SET json = ? WHERE {key} = ?", (ELSEWHERE.sub(r"\1", FOLDERS.sub(r"\1/assay/\2", text)), name))
 
 
 def hash_of(rows):
@@ -74,15 +87,17 @@ def publish(program, results, folder, compact):
         # Without free pages and without the files of an interrupted writer.
         small = pathlib.Path(scratch) / "assay.sqlite"
         db.execute("VACUUM INTO ?", (str(small),))
-        # The command and the systems' files without the folders of the machine that they were given on.
         manifest["command"] = re.sub(r"(?<!\S)/\S*/", "", manifest.get("command", ""))  # merged results have none
         with contextlib.closing(sqlite3.connect(small)) as copy, copy:
             copy.execute("UPDATE manifest SET value = ? WHERE key = 'command'", (manifest["command"],))
-            for name, text in copy.execute("SELECT name, json FROM systems").fetchall():
-                copy.execute("UPDATE systems SET json = ? WHERE name = ?", (ELSEWHERE.sub(r"\1", FOLDERS.sub(r"\1/assay/\2", text)), name))
+            hashes = {"manifest": manifest_hash(copy)}
+            for table in TABLES:
+                if has_table(copy, table):
+                    take_folders_off(copy, table)
+                    hashes[table] = table_hash(copy, table)
             if copy.execute("PRAGMA user_version").fetchone()[0] > 1:  # version 1 has no hashes
-                copy.execute("UPDATE hashes SET hash = ? WHERE name = 'manifest'", (manifest_hash(copy),))
-                copy.execute("UPDATE hashes SET hash = ? WHERE name = 'systems'", (systems_hash(copy),))
+                for table, found in hashes.items():
+                    copy.execute("UPDATE hashes SET hash = ? WHERE name = ?", (found, table))
         subprocess.run([program, "status", scratch], check=True, stdout=subprocess.DEVNULL)  # it can be opened
         (folder / "assay.sqlite.xz").write_bytes(lzma.compress(small.read_bytes(), preset=9))
     (folder / "manifest.json").write_text(json.dumps(manifest, indent=1) + "\n", encoding="utf-8")

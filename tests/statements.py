@@ -27,7 +27,7 @@ import packed  # noqa: E402
 import standing  # noqa: E402
 
 sys.path.insert(0, str(ROOT / "docs"))
-from tables import contacts as contact_tables  # noqa: E402
+from tables import contacts as contact_tables, engines as engine_tables  # noqa: E402
 
 Point = collections.namedtuple("Point", "contender timestep speed timed worst edge")
 
@@ -46,10 +46,15 @@ def quantity(value, unit="m", count=2):
     return f"{digits(value / scale, count)} {prefix}{unit}"
 
 
+def listed(texts):
+    """a, b and c."""
+    *before, last = texts
+    return f"{', '.join(before)} and {last}" if before else last
+
+
 def names(contenders):
     """`a`, `b` and `c`."""
-    quoted = [f"`{name}`" for name in contenders]
-    return quoted[0] if len(quoted) == 1 else ", ".join(quoted[:-1]) + " and " + quoted[-1]
+    return listed(f"`{name}`" for name in contenders)
 
 
 class Run:
@@ -271,8 +276,7 @@ DISPLAY = {"mujoco-euler": "MuJoCo", "mujoco-warp": "MuJoCo Warp", "mjx": "MJX",
 
 def shown(contenders):
     """The engines' names of contenders, of which a text may give one for several alike."""
-    given = list(dict.fromkeys(DISPLAY.get(name, f"`{name}`") for name in contenders))
-    return ", ".join(given[:-1]) + " and " + given[-1]
+    return listed(dict.fromkeys(DISPLAY.get(name, f"`{name}`") for name in contenders))
 
 
 @sentence(ENGINES)
@@ -604,10 +608,14 @@ def half_widths(runs):
 NEWER = ("drake-sap", "dartpy", "sapien-tgs", "superdex", "box3d")  # contenders of the engines that came or changed
 
 
-def with_values(found, of):
-    """`a` 1 mm, `b` 2 mm and `c` 3 mm."""
-    texts = [f"`{name}` {of(value)}" for name, value in found]
-    return texts[0] if len(texts) == 1 else ", ".join(texts[:-1]) + " and " + texts[-1]
+def by_value(found, contenders, text):
+    """1 mm with `a`, 2 mm with `b` and 3 mm with `c`."""
+    return listed(f"{text(found[name])} with `{name}`" for name in sorted(contenders, key=found.get))
+
+
+def with_values(found, contenders):
+    """`a` (1 mm), `b` (2 mm) and `c` (3 mm)."""
+    return listed(f"`{name}` ({quantity(found[name])})" for name in contenders)
 
 
 @sentence(ENGINES)
@@ -618,7 +626,7 @@ def what_the_newer_run_is(runs):
     length, = {facts["duration_s"] for facts in touching}
     pieces, = {facts["piece_ms"] for facts in touching if "consistency" in facts["measures"]}
     fine, = {facts["reference_ms"] for facts in touching if "consistency" in facts["measures"]}
-    engines = {run.engine(name).removesuffix("-f64").removesuffix("-f32") for name in run.contenders}
+    engines = {engine_tables.family(run.engine(name)) for name in run.contenders}
     number = {3: "three"}[states]
     return (f"{len(run.contenders)} contenders of {len(engines)} engines; where bodies touch {number} initial states, motions of {length:g} s, pieces of"
             f" {ms(pieces)} and fine-step runs at {ms(fine)} for all.")
@@ -627,33 +635,34 @@ def what_the_newer_run_is(runs):
 @sentence(ENGINES)
 def the_newer_on_the_chain(runs):
     error = runs.newer_field.values("spatial-chain", 1, "truth_error_max")
-    return "The error on the chain at 1 ms is with " + with_values([(name, error[name]) for name in sorted(NEWER, key=error.get)], quantity) + "."
+    return f"On the chain at 1 ms the error is {by_value(error, NEWER, quantity)}."
 
 
 @sentence(ENGINES)
 def the_newer_keep_energy(runs):
     drift = runs.newer_field.values("astronaut-energy", 4, "energy_drift_relative")
-    return "The astronaut's energy drifts at 4 ms with " + with_values(
-        [(name, drift[name]) for name in sorted(NEWER, key=drift.get)], lambda value: f"{100 * value:.2g} %") + "."
+    return f"The astronaut's energy drifts at 4 ms by {by_value(drift, NEWER, lambda value: f'{100 * value:.2g} %')}."
 
 
 @sentence(ENGINES)
 def who_holds_longest(runs):
     found, at_the_end = by_held(runs.newer_field)
     longest = [h for h in sorted(found, reverse=True) if h >= 4]
-    parts = [f"up to {ms(h)} {names(found[h])}" + (", the largest timestep tried" if set(found[h]) <= set(at_the_end) else "") for h in longest]
+    parts = [f"up to {ms(h)}{', the largest timestep tried,' if set(found[h]) <= set(at_the_end) else ''} by {names(found[h])}" for h in longest]
     return "The object is held " + "; ".join(parts) + "."
 
 
 @sentence(ENGINES)
 def own_drives_against_explicit_dampers(runs):
-    run, texts = runs.newer_field, []
+    run, alike = runs.newer_field, collections.defaultdict(list)
     held = {name: run.holds_up_to(name)[0] for name in run.contenders if name in run.cells("grasp") and run.holds_up_to(name)}
     for name in held:
         base = name.removesuffix("-native-pd")
         if base != name and base in held:
-            texts.append((name, f"{fractions.Fraction(held[name])} in place of {ms(held[base]) if held[base] else 'none'}"))
-    return "With drives of its own in place of explicit dampers " + "; ".join(f"`{name}` holds it up to {text}" for name, text in texts) + "."
+            alike[held[name], held[base]].append(base)
+    texts = [f"from {f'up to {ms(explicit)}' if explicit else 'no timestep tried'} to up to {ms(own)} with {names(bases)}" for (own, explicit), bases in
+             sorted(alike.items(), reverse=True)]
+    return "The engine's own drives in place of explicit dampers raise this " + "; ".join(texts) + "."
 
 
 @sentence(ENGINES)
@@ -662,8 +671,7 @@ def depths_of_the_newer_run(runs):
     for system, words in (("humanoid", "On the humanoid at 1 ms"), ("capsules-27", "in the pile")):
         depth = run.values(system, 1, "penetration_max")
         order = sorted(depth, key=depth.get)
-        texts.append(f"{words} bodies sink in least with {with_values([(name, depth[name]) for name in order[:3]], quantity)}, most with"
-                     f" {with_values([(name, depth[name]) for name in order[-2:]], quantity)}")
+        texts.append(f"{words} bodies sink in least with {with_values(depth, order[:3])}, most with {with_values(depth, order[-2:])}")
     return "; ".join(texts) + "."
 
 

@@ -244,19 +244,15 @@ def answers_table(program, folder, full):
 
 def best_table(program, folder, run):
     """Of each engine the fastest contender within each question's limits, with its interval."""
-    questions = [question for question in QUESTIONS if question[0] in TOUCHING]
-    found = {}
-    for system, options, _ in questions:
-        for point in asked(program, folder, system, options)["contenders"]:
-            engine = family(run.facts(point["contender"])[0])
-            known = found.setdefault(engine, {})
-            if point["realtime_factor"]["value"] > known.get(system, point)["realtime_factor"]["value"] or system not in known:
-                known[system] = point
-    rows = []
-    for engine in dict.fromkeys(family(run.facts(contender)[0]) for contender in run.contenders if run.has_contacts(contender)):
-        points = [found.get(engine, {}).get(system) for system, _, _ in questions]
-        rows.append([engine] + [best_text(point) for point in points])
-    return table(["engine", *(words + usual(options, asked(program, folder, system, options)) for system, options, words in questions)], rows)
+    header, columns = ["engine"], []
+    for system, options, words in (question for question in QUESTIONS if question[0] in TOUCHING):
+        answer, fastest_of = asked(program, folder, system, options), {}
+        for point in sorted(answer["contenders"], key=lambda point: point["realtime_factor"]["value"]):
+            fastest_of[family(run.facts(point["contender"])[0])] = point
+        header.append(words + usual(options, answer))
+        columns.append(fastest_of)
+    engines = dict.fromkeys(family(run.facts(contender)[0]) for contender in run.contenders if run.has_contacts(contender))
+    return table(header, [[engine, *(best_text(fastest_of.get(engine)) for fastest_of in columns)] for engine in engines])
 
 
 def best_text(point):
