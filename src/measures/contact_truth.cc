@@ -8,13 +8,18 @@
 namespace assay {
 namespace {
 
-double fall_between(const EventWatch& watch, const State& before, const State& after) {
+// Between state number `i` and the one before, above and below the level.
+double fall_before(const EventWatch& watch, const std::vector<State>& states, size_t i) {
+  const State &before = states[i - 1], &after = states[i];
   const double a = watch.number(before), b = watch.number(after), h = after.time - before.time;
   if (watch.place && a - b > watch.level) {
     // x_b - x_a = a s + b (h - s)
     const double way = watch.place(after) - watch.place(before);
     return before.time + std::clamp((way - b * h) / (a - b), 0.0, h);
   }
+  // as it fell until then: at the event its slope may change
+  const double fell = i < 2 ? 0 : (watch.number(states[i - 2]) - a) / (before.time - states[i - 2].time);
+  if (fell * h > a - watch.level) return before.time + (a - watch.level) / fell;
   return before.time + h * (a - watch.level) / (a - b);
 }
 
@@ -57,15 +62,15 @@ std::optional<double> event_time(const EventWatch& watch, const std::vector<Stat
     for (auto last = states.end(); last != start;) {
       --last;
       if (!above(*last)) continue;
-      if (last + 1 == states.end()) return std::nullopt;
-      return fall_between(watch, *last, *(last + 1));
+      const auto below = static_cast<size_t>(last - states.begin()) + 1;
+      return below == states.size() ? std::nullopt : std::optional(fall_before(watch, states, below));
     }
     return start == states.end() ? std::nullopt : std::optional(start->time);
   }
   const auto first = std::find_if(start, states.end(), above);
   const auto fallen = std::find_if_not(first, states.end(), above);
   if (fallen == states.end()) return std::nullopt;
-  return fall_between(watch, *(fallen - 1), *fallen);
+  return fall_before(watch, states, static_cast<size_t>(fallen - states.begin()));
 }
 
 EventErrors event_errors(const std::vector<SolutionEvent>& events, const std::vector<State>& states) {

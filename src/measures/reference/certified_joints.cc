@@ -57,7 +57,7 @@ class DryJoint {
       if (time_ + phase_->length > time) break;
       const Phase ended = *phase_;
       const Motion end = within(ended.length);
-      const EventWatch rest = standstill();
+      const EventWatch rest = ended.stop ? EventWatch() : standstill();
       EventWatch watch = slowing(ended.way, ended.stop ? std::abs(end.velocity) / 2 : 0);
       time_ += ended.length;
       motion_ = {ended.stop ? *ended.stop : end.position, 0};
@@ -112,7 +112,6 @@ class DryJoint {
   // The speed falls to a part of the phase's largest.
   EventWatch standstill() const {
     constexpr int kMoments = 256;
-    if (!std::isfinite(phase_->length)) return {};
     double largest = 0, at = 0;
     for (int i = 0; i < kMoments; ++i) {
       const double moment = phase_->length * i / kMoments, speed = std::abs(within(moment).velocity);
