@@ -166,14 +166,15 @@ class SlidingBox:
         """|Fx| <= mu N and |Fy| <= mu N."""
         return self.vx ** 2 / (2 * self.a), self.vy ** 2 / (2 * self.a)
 
-    def scaled(self, steps=20000):
-        """One friction at the middle of the face. Each of the box's two directions asks for the impulse that stops it by itself, the two
-        are scaled to mu N: F is along (vx / kx, vy / ky) with k = 1 / m + z^2 / I, the inverse mass that the point shows in the direction."""
+    def scaled(self, corners=False, steps=20000):
+        """Each of the box's two directions asks for the impulse that stops it by itself, the two are scaled to mu N: F is along
+        (vx / kx, vy / ky) with k the inverse mass that the point shows in the direction: 1 / m + z^2 / I at the middle of the face, more by
+        s^2 / In at its corners, s across the direction from the middle, In the inertia about the normal."""
         x, y, z = self.half
 
-        def weight(side):
-            return 1 / (1 + z ** 2 / ((side ** 2 + z ** 2) / 3))
-        wx, wy = weight(x), weight(y)
+        def weight(along, across):
+            return 1 / (1 + z ** 2 / ((along ** 2 + z ** 2) / 3) + (across ** 2 / ((x ** 2 + y ** 2) / 3) if corners else 0))
+        wx, wy = weight(x, y), weight(y, x)
         way_x = way_y = 0.0
         # over vx, with vy = vy0 (vx / vx0)^(wy / wx)
         for i in range(steps):
@@ -191,7 +192,8 @@ class SlidingBox:
         return {"Coulomb's cone": self.off(self.cone),
                 "a pyramid inside the cone": self.off(self.pyramid_inside),
                 "a pyramid around the cone": self.off(self.pyramid_around),
-                "two directions solved separately, then scaled to the cone": self.off(self.scaled)}
+                "two directions solved separately, then scaled to the cone": self.off(self.scaled),
+                "the same at each corner": self.off(lambda: self.scaled(corners=True))}
 
 
 ALIKE_M = 2e-3  # the engine's error and the law's
