@@ -75,9 +75,10 @@ int main() {
   for (const double timestep : {1e-3, 2.5e-4, 6.25e-5}) {
     for (const int iterations : {50, 500}) {
       const Found found = slide(timestep, iterations);
-      std::printf("%7.4f ms, %3d iterations: friction over normal impulse %.4f; %.4f of it at points without normal "
-                  "impulse, %.1e above mu times that at others\n",
-                  1e3 * timestep, iterations, found.ratio, found.idle, found.over);
+      std::printf(
+          "%7.4f ms, %3d iterations: friction over normal impulse %.4f; %.4f of it at points without normal "
+          "impulse, %.1e above mu times that at others\n",
+          1e3 * timestep, iterations, found.ratio, found.idle, found.over);
       as_said = as_said && found.ratio > 1.002 * kFriction && found.idle > 0.003 && found.over < 1e-9;
     }
   }

@@ -99,8 +99,8 @@ int main() {
   for (const Box& box : {Box{0.1, 0.06, 0.04}, Box{0.1, 0.1, 0.04}}) {
     const Way law = by_law(box);
     const bool square = box.x == box.y;
-    std::printf("a box of %g x %g x %g m, pushed at %.1f degrees; by the law of its corners it stops at %.1f\n", 2 * box.x,
-                2 * box.y, 2 * box.z, straight, law.degrees());
+    std::printf("a box of %g x %g x %g m, pushed at %.1f degrees; by the law of its corners it stops at %.1f\n",
+                2 * box.x, 2 * box.y, 2 * box.z, straight, law.degrees());
     for (const double timestep : {4e-3, 1e-3, 2.5e-4}) {
       for (const int iterations : {10, 50, 500}) {
         const Way way = measured(box, timestep, iterations);

@@ -12,7 +12,8 @@ namespace assay {
 
 // When the event happens in a run, s: where its number falls below its level. Until then the number goes on as between
 // the two states before, or else is linear; one that falls by more than the level within one interval has jumped, at
-// the moment that the way between the two states tells. States before `from` do not count. Nothing where it never happens.
+// the moment that the way between the two states tells. States before `from` do not count. Nothing where it never
+// happens.
 std::optional<double> event_time(const EventWatch& watch, const std::vector<State>& states, double from);
 
 struct EventErrors {

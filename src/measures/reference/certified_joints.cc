@@ -20,7 +20,9 @@ constexpr double kNever = std::numeric_limits<double>::infinity();
 class DryJoint {
  public:
   DryJoint(const Model& model, int number)
-      : joint_(model.joints[static_cast<size_t>(number)]), number_(static_cast<size_t>(number)), time_(model.initial.time) {
+      : joint_(model.joints[static_cast<size_t>(number)]),
+        number_(static_cast<size_t>(number)),
+        time_(model.initial.time) {
     const Body& body = model.bodies[static_cast<size_t>(joint_.body)];
     const BodyState& state = model.initial.bodies[static_cast<size_t>(joint_.body)];
     const Vec3 axis = state.q_WB * joint_.axis_B;

@@ -172,9 +172,10 @@ class SlidingBody {
     const auto end = slip_->end();
     if (!end || *end == 0) return std::nullopt;
     const double level = kStopped * slip_->at(0).u.norm();
-    return SolutionEvent{start + *end,
-                         fmt::format("body '{}' stops slipping", body_.name),
-                         {.number = speed, .level = level, .falls_at = start + slip_->falls_to(kStopped), .for_good = true}};
+    return SolutionEvent{
+        start + *end,
+        fmt::format("body '{}' stops slipping", body_.name),
+        {.number = speed, .level = level, .falls_at = start + slip_->falls_to(kStopped), .for_good = true}};
   }
 
   SolutionImpulse impulse(double end) const {
@@ -298,7 +299,8 @@ CertifiedMotion slide_and_roll(const Model& model, const std::vector<double>& ti
   for (const SlidingBody& body : bodies) {
     if (times.empty()) continue;
     auto event = body.event();
-    if (event && std::max(event->time, event->watch.falls_at) <= times.back()) motion.events.push_back(*std::move(event));
+    if (event && std::max(event->time, event->watch.falls_at) <= times.back())
+      motion.events.push_back(*std::move(event));
     motion.impulses.push_back(body.impulse(times.back()));
   }
   std::ranges::stable_sort(motion.events, {}, &SolutionEvent::time);
