@@ -56,7 +56,7 @@ struct ErrorOfTruth {
 };
 
 const std::vector<ErrorOfTruth>& errors_of_truth() {
-  // Ten times this, in ms or of an impulse, is what rounding in single precision may come to.
+  // In ms or of an impulse: below it nothing is an order, up to ten times it no floor.
   constexpr double kRounding = 1e-5;
   static const std::vector<ErrorOfTruth> list = {
       {"truth_error_max", "m", "truth_order", "truth_floor", 0},
@@ -75,7 +75,7 @@ std::optional<double> derive_order_and_floor(const Curve& curve, const ErrorOfTr
     errors.push_back({curve[i]->timestep_ms, *error, value_of(*curve[i], "truth_rounding").value_or(0)});
     if (of.rounding > 0) errors.back().rounding = of.rounding;
     const auto finer = i > 0 ? value_of(*curve[i - 1], of.name) : std::nullopt;
-    if (!finer) continue;
+    if (!finer || std::min(*error, *finer) <= of.rounding) continue;
     if (const auto order = observed_order(curve[i - 1]->timestep_ms, *finer, curve[i]->timestep_ms, *error)) {
       derived.push_back({curve[i]->id, {of.order, "1", order, {}, {}}});
     }
