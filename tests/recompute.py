@@ -274,14 +274,15 @@ def from_values(store):
                 if "stable_up_to_timestep" in cell.values:
                     fails = min((h for h in held if not held[h]), default=math.inf)
                     yield cell, "stable_up_to_timestep", max((h for h in held if h < fails), default=0)
-            for name in ("truth_error_max", "truth_error"):
-                curve = [cell for cell in store.of("truth", system, contender) if name in cell.values]
+            runs = store.of("truth", system, contender)
+            distance = "truth_error_max" if any("truth_error_max" in cell.values for cell in runs) else "truth_error"
+            for name, order in ((distance, "truth_order"), ("event_time_error", "event_time_order"),
+                                ("normal_impulse_error", "normal_impulse_order"), ("tangential_impulse_error", "tangential_impulse_order")):
+                curve = [cell for cell in runs if name in cell.values]
                 for before, cell in zip(curve, curve[1:]):
                     small, large = before.values[name].value, cell.values[name].value
-                    if "truth_order" in cell.values and small > 0 and large > 0:
-                        yield cell, "truth_order", math.log(large / small) / math.log(cell.timestep / before.timestep)
-                if any("truth_order" in cell.values for cell in curve):
-                    break
+                    if order in cell.values and small > 0 and large > 0:
+                        yield cell, order, math.log(large / small) / math.log(cell.timestep / before.timestep)
 
 
 # ---- values from states ----------------------------------------------------------------------------------------------

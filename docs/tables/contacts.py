@@ -102,8 +102,65 @@ def cell(errors, system, contender):
 def error_tables(errors):
     parts = []
     for title, systems in TABLES.items():
-        rows = [[f"`{name}`", *(cell(errors, system, name) for system in systems)] for names in errors.shown().values() for name in names]
-        parts.append(f"{title[0].upper()}{title[1:]}:\n\n" + table(["contender", *(f"`{system}`" for system in systems)], rows))
+        parts.append(f"{title[0].upper()}{title[1:]}:\n\n" + table_of(errors, systems, cell))
+    return "\n".join(parts)
+
+
+def signed(value, digits=2):
+    """In so many digits, with its sign."""
+    text = f"{float(f'{abs(value):.{digits}g}'):g}"
+    return "0" if abs(value) < 1e-3 else ("−" if value < 0 else "+") + text
+
+
+def event_cell(errors, system, contender):
+    """The largest error in ms with the sign of the mean, at 1 ms and at the smallest timestep; what is missed."""
+    if errors.outcome.get((system, contender, HEADLINE_MS)) in (None, "unsupported"):
+        return "–"
+
+    def at(timestep):
+        outcome, values = errors.outcome.get((system, contender, timestep)), errors.value[system, contender, timestep]
+        if outcome != "ok":
+            return outcome
+        missed = f"{values['missed_events']:.0f} missed" if values["missed_events"] else ""
+        if "event_time_error" not in values:
+            return missed
+        return ", ".join(part for part in (signed(math.copysign(values["event_time_error"], values["event_lag"])), missed) if part)
+    text = f"{at(HEADLINE_MS)} → {at(errors.timesteps[0])}"
+    return f"**{text}**" if "event_time_floor" in errors.value[system, contender, errors.timesteps[0]] else text
+
+
+def impulse_cell(errors, system, contender):
+    """The normal and the tangential error at 1 ms, %."""
+    outcome = errors.outcome.get((system, contender, HEADLINE_MS))
+    if outcome != "ok":
+        return "–" if outcome in (None, "unsupported") else outcome
+    values, least = errors.value[system, contender, HEADLINE_MS], errors.value[system, contender, errors.timesteps[0]]
+    parts = []
+    for part in ("normal", "tangential"):
+        error = values.get(f"{part}_impulse_error")
+        if error is None:
+            continue
+        text = "<0.1" if error < 1e-3 else ">999" if error >= 9.995 else f"{float(f'{100 * error:.2g}'):g}"
+        parts.append(f"**{text}**" if f"{part}_impulse_floor" in least else text)
+    return " / ".join(parts)
+
+
+def table_of(errors, systems, of_cell):
+    rows = [[f"`{name}`", *(of_cell(errors, system, name) for system in systems)] for names in errors.shown().values() for name in names]
+    return table(["contender", *(f"`{system}`" for system in systems)], rows)
+
+
+def event_tables(errors):
+    has = [system for systems in TABLES.values() for system in systems
+           if any("missed_events" in values for (of, *_), values in errors.value.items() if of == system)]
+    return table_of(errors, has, event_cell)
+
+
+def impulse_tables(errors):
+    parts = []
+    for title, systems in TABLES.items():
+        has = [system for system in systems if any("normal_impulse_error" in values for (of, *_), values in errors.value.items() if of == system)]
+        parts.append(f"{title[0].upper()}{title[1:]}:\n\n" + table_of(errors, has, impulse_cell))
     return "\n".join(parts)
 
 

@@ -157,7 +157,10 @@ class SystemPlanner {
     if (measure.version > 0) all.push_back(measure.version);
     for (const nlohmann::json& each : of_what_it_reads) all.push_back(each);
     if (measure.parameters == nullptr) return all;
-    const MeasuredSystem asked = {.model = system_.model, .grasp = system_.grasp};
+    const MeasuredSystem asked = {.model = system_.model,
+                                  .grasp = system_.grasp,
+                                  .solution = system_.solution,
+                                  .has_solution_file = !system_.solution_hash.empty()};
     for (const Parameter& each : measure.parameters(asked)) {
       std::visit([&](const auto& number) { all.push_back(number); }, each);
     }

@@ -11,6 +11,7 @@
 
 #include "measures/contact_residuals.h"
 #include "measures/grasp.h"
+#include "measures/reference/certified.h"
 #include "measures/transfer.h"
 #include "measures/value.h"
 #include "measures/watch.h"
@@ -65,6 +66,9 @@ struct MeasuredRun {
   // The same motion, for kSolution the reference solution, for kRunPairs the other contender's run; null: there is
   // none.
   const std::vector<State>* other = nullptr;
+  // For kSolution, where the solution is certified: it, and the run, both at the instants of measures/watch.h.
+  const CertifiedMotion* certified = nullptr;
+  const std::vector<State>* instants = nullptr;
   GraspBodies grasp = {};
   const Watched* watched = nullptr;            // of a measure with `reads_between`
   const ContactResiduals* contacts = nullptr;  // null where the engine gives none, or nothing touched

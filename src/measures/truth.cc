@@ -6,6 +6,7 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "measures/accuracy.h"
+#include "measures/contact_truth.h"
 #include "measures/measure.h"
 #include "measures/reference/certified.h"
 #include "measures/reference/smooth.h"
@@ -47,6 +48,27 @@ std::string truth_obstacle(const MeasuredSystem& system) {
       obstacle.empty() ? "its control is not passive" : obstacle);
 }
 
+// Events and impulses came with version 1 of certified solutions.
+std::vector<Parameter> truth_parameters(const MeasuredSystem& system) {
+  if (system.solution.empty() || system.has_solution_file) return {};
+  return {1};
+}
+
+void add_contact_values(const MeasuredRun& run, std::vector<Value>& values) {
+  const CertifiedMotion& certified = *run.certified;
+  if (!certified.events.empty()) {
+    const EventErrors events = event_errors(certified.events, *run.instants);
+    if (events.found > 0) {
+      values.push_back({"event_time_error", "ms", events.largest});
+      values.push_back({"event_lag", "ms", events.mean});
+    }
+    values.push_back({"missed_events", "1", events.missed});
+  }
+  const ImpulseErrors impulses = impulse_errors(certified.impulses, certified.states, *run.instants);
+  if (impulses.normal) values.push_back({"normal_impulse_error", "1", impulses.normal});
+  if (impulses.tangential) values.push_back({"tangential_impulse_error", "1", impulses.tangential});
+}
+
 Measured truth_values(const MeasuredRun& run) {
   const ErrorOverTime error = error_over_time(run.states, *run.other);
   double extent = 0;
@@ -54,10 +76,12 @@ Measured truth_values(const MeasuredRun& run) {
     for (const BodyState& body : state.bodies) extent = std::max(extent, body.p_WBcm.cwiseAbs().maxCoeff());
   }
   const double rounding = rounding_error(run.single_precision, extent, static_cast<double>(run.steps));
-  return {{{"truth_error_max", "m", error.largest},
-           {"truth_error_rms", "m", error.rms},
-           {"truth_error", "m", error.at_end},
-           {"truth_rounding", "m", rounding}}};
+  Measured measured = {{{"truth_error_max", "m", error.largest},
+                        {"truth_error_rms", "m", error.rms},
+                        {"truth_error", "m", error.at_end},
+                        {"truth_rounding", "m", rounding}}};
+  if (run.certified != nullptr) add_contact_values(run, measured.values);
+  return measured;
 }
 
 }  // namespace
@@ -67,28 +91,58 @@ Measure truth_measure() {
   return {
       .name = "truth",
       .reads = Reads::kSolution,
-      .values = {{"truth_error_max", "m", "Error against the reference solution", "error", kLow, kPlot, kLimit,
-                  "mean distance of the bodies from an independent solution, certified or error-controlled, the "
-                  "largest of the run's samples",
-                  0},
-                 {"truth_error_rms", "m", "Error against the reference solution, RMS", "error (RMS)", kLow, kPlot,
-                  kLimit,
-                  "mean distance of the bodies from an independent solution, certified or error-controlled, root mean "
-                  "square over the run",
-                  0},
-                 {"truth_error", "m", "Error against the reference solution, at the end", "error at the end", kLow,
-                  kPlot, kLimit,
-                  "mean distance of the bodies from an independent solution, certified or error-controlled, at the end "
-                  "of the run",
-                  0},
-                 {"truth_floor", "m", "Error floor", "error floor", kNone, kNo, kNo,
-                  "error that stays however small the timestep, far above rounding: not an integration error", 12},
-                 {"truth_rounding", "m", "Rounding part of the error", "rounding", kNone, kNo, kNo,
-                  "estimate of the part of the error against the reference solution that rounding explains", 12},
-                 {"truth_order", "1", "Observed order", "observed order", kNone, kNo, kNo,
-                  "slope of the error against the reference solution between this timestep and the next smaller one",
-                  15}},
+      .values =
+          {{"truth_error_max", "m", "Error against the reference solution", "error", kLow, kPlot, kLimit,
+            "mean distance of the bodies from an independent solution, certified or error-controlled, the "
+            "largest of the run's samples",
+            0},
+           {"truth_error_rms", "m", "Error against the reference solution, RMS", "error (RMS)", kLow, kPlot, kLimit,
+            "mean distance of the bodies from an independent solution, certified or error-controlled, root mean "
+            "square over the run",
+            0},
+           {"truth_error", "m", "Error against the reference solution, at the end", "error at the end", kLow, kPlot,
+            kLimit,
+            "mean distance of the bodies from an independent solution, certified or error-controlled, at the end "
+            "of the run",
+            0},
+           {"truth_floor", "m", "Error floor", "error floor", kNone, kNo, kNo,
+            "error that stays however small the timestep, far above rounding: not an integration error", 12},
+           {"truth_rounding", "m", "Rounding part of the error", "rounding", kNone, kNo, kNo,
+            "estimate of the part of the error against the reference solution that rounding explains", 12},
+           {"truth_order", "1", "Observed order", "observed order", kNone, kNo, kNo,
+            "slope of the error against the reference solution between this timestep and the next smaller one", 15},
+           {"event_time_error", "ms", "Error of event times", "error of event times", kLow, kPlot, kLimit,
+            "difference between the moments at which an event of a certified solution happens in the run and in "
+            "the solution, the largest of those that happen",
+            1},
+           {"event_lag", "ms", "Lag of events", "lag of events", kNone, kNo, kNo,
+            "how much later than in the certified solution events happen, in the mean; negative: earlier", 1},
+           {"missed_events", "1", "Events that never happen", "missed events", kLow, kNo, kLimit,
+            "events of a certified solution that do not happen until the end of the run", 1},
+           {"normal_impulse_error", "1", "Error of normal impulses", "error of normal impulses", kLow, kPlot, kLimit,
+            "normal impulses of contacts and limits over parts of the run, by the balance of momentum: distance "
+            "from those of a certified solution over their size",
+            1},
+           {"tangential_impulse_error", "1", "Error of tangential impulses", "error of tangential impulses", kLow,
+            kPlot, kLimit,
+            "tangential impulses of contacts and dry friction over parts of the run, by the balance of momentum: "
+            "distance from those of a certified solution over their size",
+            1},
+           {"event_time_order", "1", "Observed order of event times", "order of event times", kNone, kNo, kNo,
+            "slope of the error of event times between this timestep and the next smaller one", 15},
+           {"event_time_floor", "ms", "Floor of event times", "floor of event times", kNone, kNo, kNo,
+            "error of event times that stays however small the timestep", 12},
+           {"normal_impulse_order", "1", "Observed order of normal impulses", "order of normal impulses", kNone, kNo,
+            kNo, "slope of the error of normal impulses between this timestep and the next smaller one", 15},
+           {"normal_impulse_floor", "1", "Floor of normal impulses", "floor of normal impulses", kNone, kNo, kNo,
+            "error of normal impulses that stays however small the timestep", 12},
+           {"tangential_impulse_order", "1", "Observed order of tangential impulses", "order of tangential impulses",
+            kNone, kNo, kNo, "slope of the error of tangential impulses between this timestep and the next smaller one",
+            15},
+           {"tangential_impulse_floor", "1", "Floor of tangential impulses", "floor of tangential impulses", kNone, kNo,
+            kNo, "error of tangential impulses that stays however small the timestep", 12}},
       .obstacle = truth_obstacle,
+      .parameters = truth_parameters,
       .of_run = truth_values};
 }
 

@@ -1,6 +1,7 @@
 """Motions with contacts against certified solutions, and against a file of states."""
 
 import contextlib
+import math
 import sqlite3
 
 from harness import AssayTest, main
@@ -8,7 +9,7 @@ from harness import AssayTest, main
 CAMPAIGN = """
 name = "contacts"
 contenders = {contenders}
-timesteps_ms = [1]
+timesteps_ms = {timesteps}
 measures = {measures}
 [[system]]
 name = "{name}"
@@ -20,9 +21,9 @@ sample_ms = 4
 
 
 class Solutions(AssayTest):
-    def campaign(self, model, solution, *, name="motion", contenders=("mujoco-euler",), measures=("truth",), duration=0.48):
+    def campaign(self, model, solution, *, name="motion", contenders=("mujoco-euler",), measures=("truth",), duration=0.48, timesteps=(1,)):
         return self.write("contacts.toml", CAMPAIGN.format(
-            name=name, model=model, solution=solution, duration=duration,
+            name=name, model=model, solution=solution, duration=duration, timesteps=list(timesteps),
             contenders=str(list(contenders)).replace("'", '"'), measures=str(list(measures)).replace("'", '"')))
 
     def errors(self, out="results"):
@@ -30,6 +31,50 @@ class Solutions(AssayTest):
             return {contender: (outcome, value) for contender, outcome, value in db.execute(
                 "SELECT contender, outcome, (SELECT value FROM \"values\" v WHERE v.cell_id = c.id AND v.name = 'truth_error_max') "
                 "FROM cells c WHERE measure = 'truth'")}
+
+    def values(self, out="results"):
+        """{(contender, timestep): {name: value}}"""
+        found = {}
+        with contextlib.closing(sqlite3.connect(self.dir / out / "assay.sqlite")) as db:
+            for contender, timestep, name, value in db.execute(
+                    "SELECT contender, timestep_ms, name, value FROM cells JOIN \"values\" ON cell_id = cells.id WHERE measure = 'truth'"):
+                found.setdefault((contender, timestep), {})[name] = value
+        return found
+
+    def test_a_pyramid_lets_a_box_stop_late_and_has_too_little_friction(self):
+        self.campaign("sliding-box", "slide-and-roll", contenders=("mujoco-euler", "bullet-si-f64"))
+        self.assay("run", "contacts.toml", "--out", "results", "--no-set-up")
+        soft, hard = self.values()["mujoco-euler", 1], self.values()["bullet-si-f64", 1]
+        # It stops by itself along x until both velocities are equal, then along the diagonal; 2 % of its speed are left somewhat before.
+        fast, slow, brake = 1.197953, 0.902723, 0.5 * 9.81
+        speed = math.hypot(fast, slow)
+        late = (fast - slow) / brake + (2 * slow - 0.02 * speed * math.sqrt(2)) / brake - 0.98 * speed / brake
+        self.assertAlmostEqual(soft["event_time_error"], 1e3 * late, delta=4)
+        self.assertAlmostEqual(soft["event_lag"], soft["event_time_error"], delta=1e-9)
+        self.assertLess(hard["event_time_error"], 8)
+        self.assertEqual((soft["missed_events"], hard["missed_events"]), (0, 0))
+        self.assertGreater(soft["tangential_impulse_error"], 0.2)
+        self.assertLess(hard["tangential_impulse_error"], 0.05)
+        for values in (soft, hard):
+            self.assertLess(values["normal_impulse_error"], 0.1)
+        # before it has stopped
+        self.campaign("sliding-box", "slide-and-roll", duration=0.36)
+        self.assay("run", "contacts.toml", "--out", "short", "--no-set-up")
+        values = self.values("short")["mujoco-euler", 1]
+        self.assertEqual(values["missed_events"], 1)
+        self.assertNotIn("event_time_error", values)
+
+    def test_times_and_impulses_come_nearer_with_the_timestep(self):
+        for model, duration, name, delta in (("rimless-wheel", 2, "event_time", 0.4), ("tipping-box", 0.32, "tangential_impulse", 0.1),
+                                             ("tipping-box", 0.32, "normal_impulse", 0.1)):
+            with self.subTest(model=model, name=name):
+                self.campaign(model, model, contenders=("bullet-mb",), duration=duration, timesteps=(0.25, 1, 4))
+                self.assay("run", "contacts.toml", "--out", model, "--no-set-up")
+                values = self.values(model)
+                errors = [values["bullet-mb", step][name + "_error"] for step in (0.25, 1, 4)]
+                self.assertEqual(errors, sorted(errors))
+                for step in (1, 4):
+                    self.assertAlmostEqual(values["bullet-mb", step][name + "_order"], 1, delta=delta)
 
     def test_a_pyramid_of_friction_lets_a_box_slide_too_far(self):
         self.campaign("sliding-box", "slide-and-roll", contenders=("mujoco-euler", "mujoco-rk4"))

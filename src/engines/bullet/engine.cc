@@ -237,7 +237,7 @@ class BulletEngine final : public Adapter {
       c.order = options.rk4 ? 4 : 1;
       if (options.rk4) c.deviations = rk4_deviations();
       c.deviations.push_back(multibody_impact(options));
-      c.friction_cone = options.friction_cone ? "circular cone" : "box";
+      c.friction_cone = options.friction_cone ? "circular cone a contact point" : "box";
     } else {
       c.integrator = "semi-implicit Euler";
       c.friction_cone =

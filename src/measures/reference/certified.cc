@@ -129,6 +129,37 @@ double zero_between(const std::function<double(double)>& f, double a, double b) 
   return (found.first + found.second) / 2;
 }
 
+std::vector<double> equal_marks(double start, double end) {
+  constexpr int kParts = 10;
+  std::vector<double> marks;
+  for (int i = 0; i <= kParts; ++i) marks.push_back(start + (end - start) * i / kParts);
+  return marks;
+}
+
+std::vector<double> marks_between(double start, const std::vector<double>& impacts, double end) {
+  std::vector<double> marks = {start};
+  for (size_t i = 0; i + 1 < impacts.size(); ++i) marks.push_back((impacts[i] + impacts[i + 1]) / 2);
+  marks.push_back(end);
+  return marks;
+}
+
+SolutionImpulse impulse_on(const Model& model, std::vector<size_t> bodies, const Vec3& normal,
+                           std::vector<double> marks, std::string what) {
+  std::vector<double> masses;
+  double mass = 0;
+  for (const size_t body : bodies) {
+    masses.push_back(model.bodies[body].mass);
+    mass += masses.back();
+  }
+  const auto momentum = [bodies = std::move(bodies), masses](const State& state) {
+    Vec3 sum = Vec3::Zero();
+    for (size_t i = 0; i < bodies.size(); ++i) sum += masses[i] * state.bodies[bodies[i]].v_WBcm;
+    return sum;
+  };
+  const auto weight = [force = Vec3(mass * model.gravity)](const State& /*state*/) { return force; };
+  return {std::move(what), momentum, weight, normal, std::move(marks)};
+}
+
 TurnMotion::TurnMotion(Turn start, double time, std::function<double(double, double)> acceleration)
     : turn_(start), time_(time), acceleration_(std::move(acceleration)) {}
 

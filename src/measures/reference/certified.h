@@ -11,6 +11,7 @@
 // (rimless wheel).
 #pragma once
 
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,14 +20,39 @@
 
 namespace assay {
 
+// How an event shows in the states of any run: a number that falls below a level. A solution chooses both, the same for
+// all engines.
+struct EventWatch {
+  std::function<double(const State&)> number;
+  double level = 0;
+  double falls_at = 0;  // when the solution's own number does, s
+  // Of a number that jumps: what it is the rate of. From it follows when between two states it jumped. Null: the number
+  // is continuous.
+  std::function<double(const State&)> place = {};
+  bool for_good = false;  // the last fall counts, and there is none where the number is above the level at the end
+  int chain = -1;         // events of one chain come one after the other; -1: of none
+};
+
 struct SolutionEvent {
   double time = 0;   // s, on the clock of the states
   std::string what;  // "body 'block' stops slipping"
+  EventWatch watch = {};
+};
+
+// An impulse that the balance of momentum gives of any run: from the states of what takes it up, and the forces on that
+// which are known.
+struct SolutionImpulse {
+  std::string what;                                // "of the plane on body 'block'"
+  std::function<Vec3(const State&)> momentum;      // N s, of a hinge N m s
+  std::function<Vec3(const State&)> known_forces;  // N, N m
+  Vec3 normal;                                     // unit; across it lies the tangential part
+  std::vector<double> marks;                       // s, ascending: it is compared between one and the next
 };
 
 struct CertifiedMotion {
-  std::vector<State> states;          // at the times that were asked for
-  std::vector<SolutionEvent> events;  // in the order of time, up to the last of them
+  std::vector<State> states;              // at the times that were asked for
+  std::vector<SolutionEvent> events;      // in the order of time, up to the last of them
+  std::vector<SolutionImpulse> impulses;  // from the start to the last of them
 };
 
 struct CertifiedSolution {

@@ -65,12 +65,15 @@ class StrikingRod {
     find_next();
   }
 
+  const Vec3& normal() const { return ground_.normal; }
+
   BodyState at(double time, std::vector<SolutionEvent>& events) {
     constexpr size_t kMost = 1000;
     while (next_ && time_ + next_->seconds <= time) {
       at_ = flown(next_->seconds);
       time_ += next_->seconds;
-      events.push_back({time_, fmt::format("the rod strikes the ground and {}", strike(next_->end))});
+      EventWatch watch = watched(next_->end);
+      events.push_back({time_, fmt::format("the rod strikes the ground and {}", strike(next_->end)), std::move(watch)});
       if (events.size() > kMost) refuse("the ends strike the ground without end");
       struck_ = next_->end;
       find_next();
@@ -85,6 +88,23 @@ class StrikingRod {
   }
 
  private:
+  // The end's speed towards the ground, which falls to zero.
+  EventWatch watched(int end) const {
+    const Vec3 n = ground_.normal, arm_B = start_.q_WB.conjugate() * rod_at_start() * (end * half_);
+    const auto height = [n, arm_B](const State& state) {
+      const BodyState& at = state.bodies.front();
+      return n.dot(at.p_WBcm + at.q_WB * arm_B);
+    };
+    const auto speed = [n, arm_B](const State& state) {
+      const BodyState& at = state.bodies.front();
+      return -n.dot(at.v_WBcm + at.w_WB.cross(at.q_WB * arm_B));
+    };
+    const double towards = -(at_.vn + at_.rate * end * half_ * std::cos(at_.angle));
+    return {speed, towards / 2, time_, [height](const State& state) { return -height(state); }, false, end};
+  }
+
+  Vec3 rod_at_start() const { return std::cos(angle0_) * t_ + std::sin(angle0_) * ground_.normal; }
+
   struct Next {
     double seconds = 0;
     int end = 1;
@@ -188,6 +208,11 @@ CertifiedMotion rod_strike(const Model& model, const std::vector<double>& times)
     state.bodies.front() = rod.at(time, motion.events);
     motion.states.push_back(std::move(state));
   }
+  if (times.empty()) return motion;
+  std::vector<double> impacts;
+  for (const SolutionEvent& event : motion.events) impacts.push_back(event.time);
+  motion.impulses = {impulse_on(model, {0}, rod.normal(), marks_between(model.initial.time, impacts, times.back()),
+                                "of the ground on the rod")};
   return motion;
 }
 
@@ -249,8 +274,17 @@ CertifiedMotion ball_row(const Model& model, const std::vector<double>& times) {
       move_to(first);
       Cluster& a = clusters[pair];
       const Cluster& b = clusters[pair + 1];
-      motion.events.push_back(
-          {now, fmt::format("'{}' meets '{}'", model.bodies[a.balls.back()].name, model.bodies[b.balls.front()].name)});
+      // how fast the two come nearer, which falls to zero
+      const size_t behind = a.balls.back(), ahead = b.balls.front();
+      const auto closing = [line, behind, ahead](const State& state) {
+        return line.dot(state.bodies[behind].v_WBcm - state.bodies[ahead].v_WBcm);
+      };
+      const auto nearness = [line, behind, ahead](const State& state) {
+        return line.dot(state.bodies[behind].p_WBcm - state.bodies[ahead].p_WBcm);
+      };
+      motion.events.push_back({now,
+                               fmt::format("'{}' meets '{}'", model.bodies[behind].name, model.bodies[ahead].name),
+                               {closing, (a.velocity - b.velocity) / 2, now, nearness}});
       a.velocity = (a.mass * a.velocity + b.mass * b.velocity) / (a.mass + b.mass);
       a.mass += b.mass;
       a.balls.insert(a.balls.end(), b.balls.begin(), b.balls.end());
@@ -266,6 +300,17 @@ CertifiedMotion ball_row(const Model& model, const std::vector<double>& times) {
       }
     }
     motion.states.push_back(std::move(state));
+  }
+  if (times.empty()) return motion;
+  // Between neighbours: what those beyond take up.
+  std::vector<double> impacts;
+  for (const SolutionEvent& event : motion.events) impacts.push_back(event.time);
+  std::vector<size_t> beyond = {order.back()};
+  for (size_t i = order.size() - 1; i > 0; --i) {
+    motion.impulses.push_back(impulse_on(
+        model, beyond, line, marks_between(model.initial.time, impacts, times.back()),
+        fmt::format("of ball '{}' on ball '{}'", model.bodies[order[i - 1]].name, model.bodies[order[i]].name)));
+    beyond.push_back(order[i - 1]);
   }
   return motion;
 }

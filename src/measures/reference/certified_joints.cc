@@ -20,7 +20,9 @@ constexpr double kNever = std::numeric_limits<double>::infinity();
 class DryJoint {
  public:
   DryJoint(const Model& model, int number)
-      : joint_(model.joints[static_cast<size_t>(number)]), time_(model.initial.time) {
+      : joint_(model.joints[static_cast<size_t>(number)]),
+        number_(static_cast<size_t>(number)),
+        time_(model.initial.time) {
     const Body& body = model.bodies[static_cast<size_t>(joint_.body)];
     const BodyState& state = model.initial.bodies[static_cast<size_t>(joint_.body)];
     const Vec3 axis = state.q_WB * joint_.axis_B;
@@ -55,26 +57,76 @@ class DryJoint {
     while (true) {
       if (!phase_) begin_phase();
       if (time_ + phase_->length > time) break;
-      const Motion end = within(phase_->length);
-      time_ += phase_->length;
-      motion_ = {phase_->stop ? *phase_->stop : end.position, 0};
-      const bool at_limit = phase_->stop.has_value();
+      const Phase ended = *phase_;
+      const Motion end = within(ended.length);
+      const EventWatch rest = ended.stop ? EventWatch() : standstill();
+      EventWatch watch = slowing(ended.way, ended.stop ? std::abs(end.velocity) / 2 : 0);
+      time_ += ended.length;
+      motion_ = {ended.stop ? *ended.stop : end.position, 0};
       begin_phase();
-      events.push_back({time_, fmt::format("joint '{}' {}", joint_.name,
-                                           at_limit        ? "meets its limit"
-                                           : phase_->rests ? "comes to rest"
-                                                           : "turns")});
+      const char* what = "turns";
+      if (ended.stop) {
+        what = "meets its limit";
+        watch.place = [way = ended.way, joint = number_](const State& state) { return way * state.position[joint]; };
+        arrivals_.push_back(time_);
+      } else if (phase_->rests) {
+        what = "comes to rest";
+        watch = rest;
+      }
+      events.push_back({time_, fmt::format("joint '{}' {}", joint_.name, what), std::move(watch)});
     }
     return within(time - time_);
   }
 
+  // What its limits or its dry friction give it: the first is normal, the second tangential. Nothing where it has both,
+  // which the balance of momentum cannot tell apart, or neither.
+  std::optional<SolutionImpulse> impulse(double start, double end) const {
+    const bool dry = joint_.dry_friction > 0;
+    if (dry == joint_.limited) return std::nullopt;
+    const Vec3 along = dry ? Vec3::UnitY() : Vec3::UnitX();
+    const auto momentum = [along, mass = mass_, joint = number_](const State& state) {
+      return Vec3(mass * state.velocity[joint] * along);
+    };
+    const auto force = [along, gravity = gravity_, joint = joint_, number = number_](const State& state) {
+      return Vec3((gravity + spring_torque(joint, state.position[number], state.velocity[number])) * along);
+    };
+    return SolutionImpulse{fmt::format("of the {} of joint '{}'", dry ? "friction" : "limits", joint_.name), momentum,
+                           force, Vec3::UnitX(), dry ? equal_marks(start, end) : marks_between(start, arrivals_, end)};
+  }
+
  private:
   struct Phase {
+    double way = 0;              // 1 or -1, the sign of its velocity
     double force = 0;            // constant part, friction included
     double length = kNever;      // s
     std::optional<double> stop;  // the limit at its end
     bool rests = false;
   };
+
+  // The velocity along `way` falls to the level at the end of the phase.
+  EventWatch slowing(double way, double level) const {
+    return {.number = [way, joint = number_](const State& state) { return way * state.velocity[joint]; },
+            .level = level,
+            .falls_at = time_ + phase_->length,
+            .chain = static_cast<int>(number_)};
+  }
+
+  // The speed falls to a part of the phase's largest.
+  EventWatch standstill() const {
+    constexpr int kMoments = 256;
+    double largest = 0, at = 0;
+    for (int i = 0; i < kMoments; ++i) {
+      const double moment = phase_->length * i / kMoments, speed = std::abs(within(moment).velocity);
+      if (speed > largest) largest = speed, at = moment;
+    }
+    const double level = kStopped * largest;
+    if (level == 0) return {};
+    const auto above = [&](double moment) { return std::abs(within(moment).velocity) - level; };
+    return {.number = [joint = number_](const State& state) { return std::abs(state.velocity[joint]); },
+            .level = level,
+            .falls_at = time_ + zero_between(above, at, phase_->length),
+            .for_good = true};
+  }
 
   void begin_phase() {
     const double net = gravity_ - joint_.stiffness * (motion_.position - joint_.spring_reference);
@@ -93,6 +145,7 @@ class DryJoint {
       return;
     }
     way = way > 0 ? 1 : -1;
+    phase.way = way;
     phase.force = gravity_ - way * joint_.dry_friction;
     phase_ = phase;
     phase_->length = turning_time(way);
@@ -152,6 +205,8 @@ class DryJoint {
   }
 
   const Joint& joint_;
+  size_t number_;
+  std::vector<double> arrivals_;  // at limits
   double time_, mass_ = 0, gravity_ = 0;
   Motion motion_;  // at time_
   std::optional<Phase> phase_;
@@ -178,6 +233,10 @@ CertifiedMotion dry_joints(const Model& model, const std::vector<double>& times)
     motion.states.push_back(std::move(state));
   }
   std::ranges::stable_sort(motion.events, {}, &SolutionEvent::time);
+  for (const DryJoint& joint : joints) {
+    if (times.empty()) break;
+    if (auto impulse = joint.impulse(model.initial.time, times.back())) motion.impulses.push_back(*std::move(impulse));
+  }
   return motion;
 }
 

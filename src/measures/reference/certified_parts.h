@@ -67,6 +67,18 @@ class TurnMotion {
   std::function<double(double, double)> acceleration_;
 };
 
+// A speed at which what was at rest has begun to move, m/s; and the share of its speed below which it has stopped.
+// Neither is zero: soft friction creeps.
+inline constexpr double kBegins = 0.01, kStopped = 0.02;
+
+// Marks of impulses: equal parts where forces are steady, else the middles between impacts.
+std::vector<double> equal_marks(double start, double end);
+std::vector<double> marks_between(double start, const std::vector<double>& impacts, double end);
+
+// What everything else but gravity gives these bodies together.
+SolutionImpulse impulse_on(const Model& model, std::vector<size_t> bodies, const Vec3& normal,
+                           std::vector<double> marks, std::string what);
+
 // ---- the solutions, for the list in certified.cc --------------------------------------------------------------------
 
 CertifiedMotion slide_and_roll(const Model& model, const std::vector<double>& times);

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "measures/reference/certified_parts.h"
+#include "model/kinematics.h"
 #include "model/shape.h"
 
 namespace assay::reference {
@@ -70,7 +71,9 @@ CertifiedMotion box_stack(const Model& model, const std::vector<double>& times) 
   std::vector<size_t> order(blocks.size());
   for (size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::ranges::sort(order, std::greater(), [&](size_t i) { return blocks[i].centre.dot(up); });
-  // From the top: what a block carries, and where.
+  // From the top: what a block carries, itself included, and where.
+  std::vector<std::vector<size_t>> carried(blocks.size());
+  for (size_t i = 0; i < blocks.size(); ++i) carried[i] = {i};
   std::vector<double> mass(blocks.size(), 0);
   std::vector<Vec3> moment(blocks.size(), Vec3::Zero());
   for (const size_t i : order) {
@@ -106,13 +109,20 @@ CertifiedMotion box_stack(const Model& model, const std::vector<double>& times) 
       if (!blocks[below].covers(load - blocks[below].centre, up)) {
         refuse(fmt::format("what lies on body '{}' tips over", model.bodies[below].name));
       }
+      carried[below].insert(carried[below].end(), carried[i].begin(), carried[i].end());
       mass[below] += mass[i];
       moment[below] += moment[i];
       ++supports;
     }
     if (supports != 1) refuse(fmt::format("body '{}' lies on {} others, not on one", name, supports));
   }
-  return at_rest(model, times);
+  CertifiedMotion motion = at_rest(model, times);
+  if (times.empty()) return motion;
+  for (const size_t i : order) {
+    motion.impulses.push_back(impulse_on(model, carried[i], up, equal_marks(model.initial.time, times.back()),
+                                         fmt::format("under body '{}'", model.bodies[i].name)));
+  }
+  return motion;
 }
 
 CertifiedMotion two_finger_grip(const Model& model, const std::vector<double>& times) {
@@ -171,10 +181,32 @@ CertifiedMotion two_finger_grip(const Model& model, const std::vector<double>& t
   if ((towards[0] + towards[1]).norm() > kParallel) refuse("the slides are not opposite");
   if (std::abs(force[0] - force[1]) > 1e-9 * force[0]) refuse("the fingers do not press alike");
   if (friction[0] != friction[1]) refuse("the fingers have different friction");
-  const double most = 2 * friction[0] * force[0];
-  if (weight <= most) return at_rest(model, times);
-  const double fall = (weight - most) / model.bodies[held].mass;
+  const double most = 2 * friction[0] * force[0], start = model.initial.time;
   CertifiedMotion motion;
+  if (!times.empty()) {
+    // What the fingers give the box together, and what the box gives each finger along its slide.
+    const std::vector<double> marks = equal_marks(start, times.back());
+    motion.impulses = {impulse_on(model, {held}, towards[0], marks, "of the fingers on the box")};
+    for (size_t j = 0; j < 2; ++j) {
+      const Joint slide = model.joints[j];
+      const double mass = model.bodies[static_cast<size_t>(slide.body)].mass + slide.armature;
+      const auto momentum = [j, mass](const State& state) { return Vec3(mass * state.velocity[j], 0, 0); };
+      const auto spring = [j, slide](const State& state) {
+        return Vec3(spring_torque(slide, state.position[j], state.velocity[j]), 0, 0);
+      };
+      motion.impulses.push_back(
+          {fmt::format("of the box on the finger of slide '{}'", slide.name), momentum, spring, Vec3::UnitX(), marks});
+    }
+  }
+  if (weight <= most) {
+    motion.states = at_rest(model, times).states;
+    return motion;
+  }
+  const double fall = (weight - most) / model.bodies[held].mass;
+  const auto speed = [held, down](const State& state) { return -state.bodies[held].v_WBcm.dot(down); };
+  if (!times.empty() && start + kBegins / fall <= times.back()) {
+    motion.events = {{start, "the box begins to slip", {speed, -kBegins, start + kBegins / fall}}};
+  }
   for (const double time : times) {
     const double t = time - model.initial.time, way = fall * t * t / 2;
     if (way > std::min(room[0], room[1])) {

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "measures/reference/certified_parts.h"
+#include "model/kinematics.h"
 #include "model/shape.h"
 
 namespace assay::reference {
@@ -154,6 +155,10 @@ CertifiedMotion tipping_box(const Model& model, const std::vector<double>& times
     state.bodies.front() = state_of(turning, start, run.turn().angle - first.angle, foot, run.turn());
     motion.states.push_back(std::move(state));
   }
+  if (!times.empty()) {
+    motion.impulses = {impulse_on(model, {0}, ground.normal, equal_marks(model.initial.time, times.back()),
+                                  "of the plane on the box")};
+  }
   return motion;
 }
 
@@ -199,13 +204,15 @@ class Wheel {
 
   CertifiedMotion solve(const std::vector<double>& times) {
     CertifiedMotion motion;
+    std::vector<double> impacts;
     TurnMotion run = stance(model_.initial.time);
     double energy = turning_.pivot.energy(turn_), from = turn_.angle;
     for (const double time : times) {
       while (run.go(time, [&](const Turn& turn) { return clearance(turn); })) {
         check_energy(model_, kRimlessWheel, turning_.pivot, energy, run.turn());
         step_over(run.turn(), from);
-        motion.events.push_back({run.time(), "the next foot strikes the ground"});
+        motion.events.push_back({run.time(), "the next foot strikes the ground", watched(run.time())});
+        impacts.push_back(run.time());
         run = stance(run.time());
         energy = turning_.pivot.energy(turn_);
         from = turn_.angle;
@@ -218,11 +225,26 @@ class Wheel {
       state.bodies.front() = state_of(turning_, start_, turned_ + now.angle - from, rolled(now.angle - from), now);
       motion.states.push_back(std::move(state));
     }
+    if (!times.empty()) {
+      motion.impulses = {impulse_on(model_, {0}, turning_.ground.normal,
+                                    marks_between(model_.initial.time, impacts, times.back()),
+                                    "of the ground on the wheel")};
+    }
     return motion;
   }
 
  private:
   [[noreturn]] void refuse(const std::string& why) const { misfit(model_, kRimlessWheel, why); }
+
+  // How far the wheel has to turn yet to where two feet touch.
+  EventWatch watched(double time) const {
+    const Vec3 axis = turn_.rate > 0 ? turning_.axis : Vec3(-turning_.axis);
+    const Quat back = turned(start_.q_WB, turned_ * turning_.axis).conjugate();
+    const auto left = [axis, back](const State& state) {
+      return -axis.dot(rotation_vector(state.bodies.front().q_WB * back));
+    };
+    return {.number = left, .falls_at = time, .chain = 0};
+  }
 
   TurnMotion stance(double time) const {
     return {turn_, time, [this](double angle, double rate) { return turning_.pivot.acceleration(angle, rate); }};

@@ -58,6 +58,15 @@ class SlipMotion {
     return first_stop_;
   }
 
+  // When its speed has fallen to a part of what it is at the start, of one that stops.
+  double falls_to(double part) const {
+    const double speed = part * start_.norm();
+    return zero_between([&](double time) { return at(time).u.norm() - speed; }, 0, first_stop_);
+  }
+
+  // How much faster it gets in a second once it slips from rest; 0 where it stays.
+  double gain() const { return start_.norm() > 0 || sticks_ ? 0 : pull_ - b_; }
+
   Slip at(double time) const {
     Slip slip = before(std::min(time, first_stop_));
     if (time <= first_stop_ || sticks_) {
@@ -149,9 +158,29 @@ class SlidingBody {
   }
 
   std::optional<SolutionEvent> event() const {
+    const double start = model_.initial.time, gain = slip_->gain();
+    // of the point that touches, by value: events outlive this object
+    const auto speed = [ground = ground_, radius = radius_, body = static_cast<size_t>(number_)](const State& state) {
+      const BodyState& at = state.bodies[body];
+      return ground.tangential(at.v_WBcm - radius * at.w_WB.cross(ground.normal)).norm();
+    };
+    if (gain > 0) {
+      return SolutionEvent{start,
+                           fmt::format("body '{}' begins to slip", body_.name),
+                           {[speed](const State& state) { return -speed(state); }, -kBegins, start + kBegins / gain}};
+    }
     const auto end = slip_->end();
     if (!end || *end == 0) return std::nullopt;
-    return SolutionEvent{model_.initial.time + *end, fmt::format("body '{}' stops slipping", body_.name)};
+    const double level = kStopped * slip_->at(0).u.norm();
+    return SolutionEvent{
+        start + *end,
+        fmt::format("body '{}' stops slipping", body_.name),
+        {.number = speed, .level = level, .falls_at = start + slip_->falls_to(kStopped), .for_good = true}};
+  }
+
+  SolutionImpulse impulse(double end) const {
+    return impulse_on(model_, {static_cast<size_t>(number_)}, ground_.normal, equal_marks(model_.initial.time, end),
+                      fmt::format("of the plane on body '{}'", body_.name));
   }
 
  private:
@@ -268,8 +297,11 @@ CertifiedMotion slide_and_roll(const Model& model, const std::vector<double>& ti
     motion.states.push_back(std::move(state));
   }
   for (const SlidingBody& body : bodies) {
-    const auto event = body.event();
-    if (event && !times.empty() && event->time <= times.back()) motion.events.push_back(*event);
+    if (times.empty()) continue;
+    auto event = body.event();
+    if (event && std::max(event->time, event->watch.falls_at) <= times.back())
+      motion.events.push_back(*std::move(event));
+    motion.impulses.push_back(body.impulse(times.back()));
   }
   std::ranges::stable_sort(motion.events, {}, &SolutionEvent::time);
   return motion;

@@ -49,26 +49,53 @@ std::map<std::pair<std::string, std::string>, Curve> curves(const std::vector<Ce
   return found;
 }
 
+// An error of runs against their solution, with the values that follow from its curve.
+struct ErrorOfTruth {
+  std::string name, unit, order, floor;
+  double rounding;  // where the cells do not say it
+};
+
+const std::vector<ErrorOfTruth>& errors_of_truth() {
+  // In ms or of an impulse: below it nothing is an order, up to ten times it no floor.
+  constexpr double kRounding = 1e-5;
+  static const std::vector<ErrorOfTruth> list = {
+      {"truth_error_max", "m", "truth_order", "truth_floor", 0},
+      {"event_time_error", "ms", "event_time_order", "event_time_floor", kRounding},
+      {"normal_impulse_error", "1", "normal_impulse_order", "normal_impulse_floor", kRounding},
+      {"tangential_impulse_error", "1", "tangential_impulse_order", "tangential_impulse_floor", kRounding}};
+  return list;
+}
+
+std::optional<double> derive_order_and_floor(const Curve& curve, const ErrorOfTruth& of,
+                                             std::vector<Store::Derived>& derived) {
+  std::vector<ErrorAt> errors;
+  for (size_t i = 0; i < curve.size(); ++i) {
+    const auto error = value_of(*curve[i], of.name);
+    if (!error) continue;
+    errors.push_back({curve[i]->timestep_ms, *error, value_of(*curve[i], "truth_rounding").value_or(0)});
+    if (of.rounding > 0) errors.back().rounding = of.rounding;
+    const auto finer = i > 0 ? value_of(*curve[i - 1], of.name) : std::nullopt;
+    if (!finer || std::min(*error, *finer) <= of.rounding) continue;
+    if (const auto order = observed_order(curve[i - 1]->timestep_ms, *finer, curve[i]->timestep_ms, *error)) {
+      derived.push_back({curve[i]->id, {of.order, "1", order, {}, {}}});
+    }
+  }
+  const auto floor = error_floor(errors);
+  if (floor) derived.push_back({curve.front()->id, {of.floor, of.unit, floor, {}, {}}});
+  return floor;
+}
+
 void derive_truth(const std::vector<Cell>& cells, std::vector<Store::Derived>& derived,
                   std::vector<std::string>& warnings) {
   for (const auto& [name, curve] : curves(cells, Reads::kSolution)) {
-    // Over the whole run; results of an earlier version have only the run's end.
-    const bool whole =
-        std::ranges::all_of(curve, [](const Cell* cell) { return value_of(*cell, "truth_error_max").has_value(); });
-    const char* const kind = whole ? "truth_error_max" : "truth_error";
-    std::vector<ErrorAt> errors;
-    for (size_t i = 0; i < curve.size(); ++i) {
-      const auto error = value_of(*curve[i], kind);
-      if (!error) continue;
-      errors.push_back({curve[i]->timestep_ms, *error, value_of(*curve[i], "truth_rounding").value_or(0)});
-      const auto finer = i > 0 ? value_of(*curve[i - 1], kind) : std::nullopt;
-      if (!finer) continue;
-      if (const auto order = observed_order(curve[i - 1]->timestep_ms, *finer, curve[i]->timestep_ms, *error)) {
-        derived.push_back({curve[i]->id, {"truth_order", "1", order, {}, {}}});
-      }
-    }
-    if (const auto floor = error_floor(errors)) {
-      derived.push_back({curve.front()->id, {"truth_floor", "m", floor, {}, {}}});
+    for (ErrorOfTruth of : errors_of_truth()) {
+      const bool distance = of.unit == "m";
+      // Over the whole run; results of an earlier version have only the run's end.
+      const bool whole =
+          std::ranges::all_of(curve, [&](const Cell* cell) { return value_of(*cell, of.name).has_value(); });
+      if (distance && !whole) of.name = "truth_error";
+      const auto floor = derive_order_and_floor(curve, of, derived);
+      if (!distance || !floor) continue;
       warnings.push_back(
           fmt::format("{} on {}: an error of {:.2g} m that does not depend on the timestep: a set-up error or "
                       "a property of the engine, not integration",
@@ -262,6 +289,12 @@ std::vector<std::pair<std::string, std::string>> asked_ratios(const Store& store
 const std::vector<std::string>& derived_values() {
   static const std::vector<std::string> kNames = {"truth_order",
                                                   "truth_floor",
+                                                  "event_time_order",
+                                                  "event_time_floor",
+                                                  "normal_impulse_order",
+                                                  "normal_impulse_floor",
+                                                  "tangential_impulse_order",
+                                                  "tangential_impulse_floor",
                                                   "consistency_floor",
                                                   "consistency_bound",
                                                   "consistency_cold_floor",

@@ -294,6 +294,7 @@ void AccuracyPlanner::plan_measures() {
     }
     if (cell->reads == Reads::kSolution) {
       run.truth = truth_address(system);
+      if (system.solution_hash.empty()) run.solution = system.solution;
       planned.needs.insert(run.truth);
     }
   }

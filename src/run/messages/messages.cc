@@ -65,6 +65,7 @@ void fields(auto& is, Of<RunJob> auto& m) {
   is("state", m.state)("states", m.states);
   is("save", m.save)("use", m.use)("truth", m.truth)("seed", m.seed)("grasp", m.grasp)("partial", m.partial);
   is("against", m.against)("keep", m.keep)("keep_state", m.keep_state)("watched", m.watched);
+  is("solution", m.solution);
 }
 void fields(auto& is, Of<TruthJob> auto& m) {
   is("model", m.model)("solution", m.solution)("duration_s", m.duration_s)("sample_ms", m.sample_ms);

@@ -97,6 +97,7 @@ struct RunJob {
   // Of each state the address of what is seen of its run between samples: found with one that is used, kept with one
   // that is saved; "" or missing: nobody keeps it.
   std::vector<std::string> watched = {};
+  std::string solution = {};  // the certified solution of the motion, "" where none is named
 };
 
 // The reference solution of a smooth system, at the moments of a run's samples: no engine takes part. The answer has a

@@ -107,6 +107,20 @@ CellResult run_cell(const Measure& measure, const RunContext& context, const Run
     thin(other, samples);
     seen.other = &other;
   }
+  std::optional<CertifiedMotion> certified;
+  if (measure.reads == Reads::kSolution && !job.solution.empty()) {
+    const CertifiedSolution* solution = find_certified_solution(job.solution);
+    if (solution == nullptr) throw InputError(fmt::format("no solution '{}'", job.solution));
+    std::vector<double> times;
+    for (const State& at : run.instants) times.push_back(at.time);
+    try {
+      seen.certified = &certified.emplace(solution->solve(subject.model, times));
+      seen.instants = &run.instants;
+    } catch (const InputError& error) {  // at an instant between the samples that were asked for before
+      cell.ending = {Outcome::kUnsupported, error.what()};
+      return cell;
+    }
+  }
   Measured measured = measure.of_run(seen);
   cell.values = std::move(measured.values);
   cell.samples = std::move(measured.samples);
@@ -245,6 +259,7 @@ JobDone do_job(const RunJob& job) {
   Looks looks = {.seed = job.seed};
   looks.contacts = std::ranges::any_of(measures, &Measure::reads_contacts) && !subject.model.contacts.empty();
   const bool wanted = std::ranges::any_of(measures, &Measure::reads_between);
+  looks.instants = !job.solution.empty();  // a kept run has only samples
   for (int i = 0; i < job.states; ++i) {
     const auto of_state = [&](const std::vector<std::string>& addresses) {
       return std::cmp_less(i, addresses.size()) ? addresses[static_cast<size_t>(i)] : "";
@@ -257,7 +272,7 @@ JobDone do_job(const RunJob& job) {
       check_supported(subject, 1e-3 * job.timestep_ms);
       // one that was made without what is wanted is made again
       if (!use.empty() && !watched.empty()) run.watched = load_watched(dir, watched);
-      if (!use.empty() && (run.watched || !wanted)) {
+      if (!use.empty() && (run.watched || !wanted) && !looks.instants) {
         run.trajectory = load(dir, use, subject.model);
         thin(run.trajectory.states, samples);
         run.ending = judge(subject, 1e-3 * job.timestep_ms, run.trajectory);

@@ -131,7 +131,8 @@ Run run_sampled(const Subject& subject, const State& start, double timestep_ms, 
   if (asked.contacts && stepper.keep_contacts()) looks.emplace(subject, timestep_s);
   std::optional<Watch> watch;
   if (asked.between) watch.emplace(subject.model, stepper.state(), *asked.between);
-  const long long block = watch ? std::min(steps, watch_steps(timestep_ms)) : steps;
+  const long long block = watch || asked.instants ? std::min(steps, watch_steps(timestep_ms)) : steps;
+  if (asked.instants) run.instants.push_back(stepper.state());
   std::string impossible;
   for (long long sample = 1; sample <= samples; ++sample) {
     const double time = start.time + timestep_s * static_cast<double>(sample * steps);
@@ -161,6 +162,7 @@ Run run_sampled(const Subject& subject, const State& start, double timestep_ms, 
       }
       if (why.empty()) why = plausibility->divergence(state);
       if (why.empty() && watch) watch->look(state);
+      if (why.empty() && asked.instants) run.instants.push_back(state);
     }
     if (!why.empty()) {
       run.ending = {Outcome::kDiverged, fmt::format("by {:.4g} s: {}", time, why)};

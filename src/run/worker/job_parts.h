@@ -60,6 +60,7 @@ struct Run {
   // Of steps spread over the run; empty where nobody asked, the engine gives none, or nothing touched.
   std::optional<ContactResiduals> contacts = {};
   std::optional<Watched> watched = {};  // empty where nobody asked
+  std::vector<State> instants = {};     // its states at those of measures/watch.h; empty where nobody asked
 };
 
 // What of a run is looked at beside its samples.
@@ -67,6 +68,7 @@ struct Looks {
   bool contacts = false;
   std::optional<GraspBodies> between = {};  // joints, surfaces and this grasp between samples (measures/watch.h)
   std::uint64_t seed = 1;                   // of its intervals
+  bool instants = false;                    // the states between samples are kept
 };
 
 // Takes `samples` times `per_sample` steps from `start`, with pushes at samples: the state of that sample is the one

@@ -40,19 +40,20 @@ const TurnPlan kHow = {0.25, 17, 0.5, true, 8, "u"};
 const Ending kEnding = {Outcome::kUnstable, "at 1 s: \"too fast\"\nsecond line \xc3\xa9"};
 
 std::vector<Request> requests() {
-  return {
-      RunJob{kSubject, 0.25, {"drift", "truth"}, "dir", 1, 4, "s", {"u", "v"}, "t", 7, {1, 2, 0.3}, true, {"x", ""}},
-      TruthJob{kModel, "slide-and-roll", 2, 16, "dir", "address"},
-      PiecesJob{"consistency", kSubject, 0.25, "dir", {"r", "q"}, 10, {128, 8}, 1.0 / 64, 8, 7, "cold"},
-      AgreementJob{"agreement", "dir", "own", {{"B", "b"}, {"C", "c"}}},
-      ScalingJob{"scaling", kSubject, 0.25, 7, "dir", "s", 5, 2.5},
-      ConformanceJob{kContender, {"free-fall", "sliding"}},
-      ProbeJob{kSubject, 0.25, true},
-      TimingJob{kSubject, "dir", "r", 5},
-      PrepareCommand{0.25},
-      SampleCommand{kHow},
-      SingleStepsCommand{kHow},
-      RunsJob{{RunJob{kSubject, 0.25, {"reference"}, "dir", 1, 4, "s", {}, "", 7, {}, true, {}}}, "dir", 30}};
+  RunJob run = {kSubject, 0.25, {"drift", "truth"}, "dir", 1, 4, "s", {"u", "v"}, "t", 7, {1, 2, 0.3}, true, {"x", ""}};
+  run.solution = "slide-and-roll";
+  return {run,
+          TruthJob{kModel, "slide-and-roll", 2, 16, "dir", "address"},
+          PiecesJob{"consistency", kSubject, 0.25, "dir", {"r", "q"}, 10, {128, 8}, 1.0 / 64, 8, 7, "cold"},
+          AgreementJob{"agreement", "dir", "own", {{"B", "b"}, {"C", "c"}}},
+          ScalingJob{"scaling", kSubject, 0.25, 7, "dir", "s", 5, 2.5},
+          ConformanceJob{kContender, {"free-fall", "sliding"}},
+          ProbeJob{kSubject, 0.25, true},
+          TimingJob{kSubject, "dir", "r", 5},
+          PrepareCommand{0.25},
+          SampleCommand{kHow},
+          SingleStepsCommand{kHow},
+          RunsJob{{RunJob{kSubject, 0.25, {"reference"}, "dir", 1, 4, "s", {}, "", 7, {}, true, {}}}, "dir", 30}};
 }
 
 std::vector<Reply> replies() {
@@ -144,6 +145,7 @@ TEST(Messages, NumbersKeepTheirBits) {
   EXPECT_EQ(job.seed, 7U);
   EXPECT_EQ(job.subject.contender.overrides, kContender.overrides);
   EXPECT_EQ(job.grasp.hand, 2);
+  EXPECT_EQ(job.solution, "slide-and-roll");
 }
 
 TEST(Messages, WhatIsNotFiniteIsAbsent) {
