@@ -23,7 +23,6 @@ import packed
 
 # Of a policy's configuration, which an option names by its absolute path.
 FOLDERS = re.compile(r"(config=)/[^\"\s]*?/(examples/)")
-ELSEWHERE = re.compile(r"(config=)/(?!assay/)[^\"\s]*/")
 REPLAYS = re.compile(r'(<script[^>]*id="assay-replays"[^>]*>)(.*?)(</script>)', re.S)
 
 
@@ -79,7 +78,7 @@ def publish(program, results, folder, compact):
         with contextlib.closing(sqlite3.connect(small)) as copy, copy:
             copy.execute("UPDATE manifest SET value = ? WHERE key = 'command'", (manifest["command"],))
             for name, text in copy.execute("SELECT name, json FROM systems").fetchall():
-                copy.execute("UPDATE systems SET json = ? WHERE name = ?", (ELSEWHERE.sub(r"\1", FOLDERS.sub(r"\1/assay/\2", text)), name))
+                copy.execute("UPDATE systems SET json = ? WHERE name = ?", (FOLDERS.sub(r"\1/assay/\2", text), name))
             if copy.execute("PRAGMA user_version").fetchone()[0] > 1:  # version 1 has no hashes
                 copy.execute("UPDATE hashes SET hash = ? WHERE name = 'manifest'", (manifest_hash(copy),))
                 copy.execute("UPDATE hashes SET hash = ? WHERE name = 'systems'", (systems_hash(copy),))
