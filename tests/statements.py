@@ -897,7 +897,7 @@ def first_bodies(runs):
 
 
 EXCESSES = {"velocity_error": "is {} times as far from the velocity", "turning_error": "is {} times as far from the turning rate",
-            "foot_slip": "slips {} times as much", "joint_power": "takes {} times the power"}
+            "foot_slip": "slips {} times as much", "joint_power": "takes {} times as much power"}
 
 
 def excesses(of, trained):
