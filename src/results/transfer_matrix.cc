@@ -78,7 +78,7 @@ struct ExcessWords {
 constexpr std::array<ExcessWords, 4> kExcessWords = {{{"velocity_error", "is ", " times as far from the velocity"},
                                                       {"turning_error", "is ", " times as far from the turning rate"},
                                                       {"foot_slip", "slips ", " times as much"},
-                                                      {"joint_power", "takes ", " times the power"}}};
+                                                      {"joint_power", "takes ", " times as much power"}}};
 
 // "a, b and c".
 std::string list(const std::vector<std::string>& parts) {

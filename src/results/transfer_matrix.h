@@ -54,7 +54,7 @@ struct TransferRow {
 inline constexpr double kManyTimes = 2;
 std::vector<TransferExcess> excesses(const TransferRow& row, const TransferRow& trained);
 
-// "slips 9.7 times as much and takes 3 times the power"; "" without any.
+// "slips 9.7 times as much and takes 3 times as much power"; "" without any.
 std::string excess_text(const std::vector<TransferExcess>& excesses);
 
 // Whether the share of falls is told apart from that of training: falls_p is at most kToldApart.

@@ -3,7 +3,7 @@
 //   ASSAY  the program assay
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { copyFileSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { closeSync, copyFileSync, mkdirSync, mkdtempSync, openSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
@@ -99,6 +99,32 @@ test("a click on a figure opens its details", async () => {
   assert.match(text, /mujoco-implicit/);
   assert.match(text, /10 ms/);
   assert.deepEqual(trouble, []);
+  await page.close();
+});
+
+test("a row is told apart from training, and one that stays up with an excess has a sign and words of its own", async () => {
+  const folder = join(work, "rough");
+  mkdirSync(folder);
+  const database = openSync(join(folder, "assay.sqlite"), "w");
+  execFileSync("xz", ["-dc", fileURLToPath(new URL("../../results/quadruped-rough-2026-11-27/assay.sqlite.xz", import.meta.url))], { stdio: ["ignore", database, "inherit"] });
+  closeSync(database);
+  execFileSync(process.env.ASSAY, ["report", folder], { stdio: ["ignore", "ignore", "inherit"] });
+  const of = dataIn(join(folder, "report.html")).transfer.find(({ system }) => system === "rough");
+  const { page, trouble } = await openReport(browser, join(folder, "report.html"));
+  const cells = await page.$$eval('.transfer-panel[data-system="rough"] .transfer-button', (nodes) => nodes.map((node) => ({ contender: node.dataset.contenderOf, text: node.textContent, title: node.title, verdict: node.parentElement.dataset.verdict })));
+  assert.equal(cells.length, of.rows.length);
+  for (const { contender, text, title, verdict } of cells) {
+    const row = of.rows.find((each) => each.contender === contender);
+    assert.equal(verdict, row.verdict);
+    assert.equal(text.startsWith("!"), row.verdict === "stays up, but worse");
+    assert.equal(text.includes("than in training"), row.against_training !== null && row.against_training !== "not told apart");
+    for (const words of [row.excess, row.against_training]) assert.ok(words === null || (text.includes(words) && title.includes(words)), text);
+  }
+  assert.ok(cells.some(({ text }) => text.startsWith("!")) && cells.some(({ text }) => text.includes("falls more often")));
+  assert.deepEqual(trouble, []);
+  await page.$eval("#transfer", (node) => node.scrollIntoView());
+  assert.deepEqual(await axeFindings(page, "#transfer"), []);
+  if (process.env.ASSAY_SCREENSHOTS) await (await page.$("#transfer")).screenshot({ path: `${process.env.ASSAY_SCREENSHOTS}/transfer-rough.png` });
   await page.close();
 });
 

@@ -341,7 +341,7 @@ initial_states = 24
                 self.assertEqual(rows["ode-quick", 5]["verdict"], "stays up")
                 chatters = rows["ode-quick", 10]
                 self.assertEqual(chatters["verdict"], "stays up, but worse")
-                self.assertIn("times the power", chatters["excess"])
+                self.assertIn("times as much power", chatters["excess"])
                 self.assertIn(f"ode-quick at 10 ms {chatters['excess']} as mujoco-euler at 5 ms", matrix["answer"])
             else:
                 self.assertGreater(then, 0)

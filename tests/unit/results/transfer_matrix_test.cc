@@ -120,7 +120,7 @@ TEST(TransferExcess, TheLargestComesFirst) {
   TransferRow trained = row_with("foot_slip", 1, 0.9, 1.1), row = row_with("foot_slip", 4, 3, 5);
   trained.values["joint_power"] = {"joint_power", "W", 40.0, 39.0, 41.0};
   row.values["joint_power"] = {"joint_power", "W", 400.0, 390.0, 410.0};
-  EXPECT_EQ(excess_text(excesses(row, trained)), "takes 10 times the power and slips 4 times as much");
+  EXPECT_EQ(excess_text(excesses(row, trained)), "takes 10 times as much power and slips 4 times as much");
 }
 
 TEST(TransferExcess, OneThatFallsIsNotCalledUp) {
