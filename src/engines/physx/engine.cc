@@ -91,8 +91,8 @@ class PhysxEngine final : public Adapter {
       if (std::string(choice.joints) != "d6") set["joints"] = std::string(choice.joints);
       if (std::string(choice.solver) == "tgs") {
         set["solver"] = std::string("tgs");
-        // with this solver they would apply drives again
-        set["velocity_iterations"] = 0LL;
+        // with this solver a velocity iteration would apply drives again
+        if (set.count("pd") != 0) set["velocity_iterations"] = 0LL;
       }
       list.push_back({fmt::format("{}-{}{}", kPrefix, choice.name, suffix),
                       fmt::format("{}, {}{}, float", kTitle, choice.text, text), std::move(set)});

@@ -40,7 +40,7 @@ std::vector<Setting> declared_settings() {
       "model's "
       "height",
       {}, 0, 10);
-  list.add("link_cfm", kLinkCfm, "1/kg",
+  list.add("link_cfm", kLinkCfm, "",
            "constraint force mixing of an articulation's contacts and limits (PhysX's own is 0.025)", {}, 0, 1);
   list.add("link_share", 1e-5, "",
            "articulations: part of a body's mass and inertia that each massless body before it borrows, because PhysX "

@@ -72,7 +72,7 @@ class Engine(assay.Engine):
             integrator="semi-implicit Euler" + (", rigid bodies in a substep each iteration" if tgs else ""), order=1,
             joint_solver="none (joint coordinates)", contact=True, joint_limits=True, torques=True, armature=True,
             contact_solver=f"{'temporal' if tgs else 'projected'} Gauss-Seidel, {counts}",
-            contact_model="rigid, no slop; contacts and limits of articulations give way (PhysX's force mixing of 0.025 1/kg)",
+            contact_model="rigid, no slop; contacts and limits of articulations give way (PhysX's force mixing of 0.025)",
             friction_cone="Coulomb at up to two anchors a contact patch, which share its normal force" if tgs else
             "pyramid, 4 sides, at up to two anchors a contact patch, which share its normal force; first direction along the slip "
             "from 1 cm/s on",
