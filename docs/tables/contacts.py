@@ -353,4 +353,5 @@ def update(options):
     with opened(options.results) as (_, db):
         errors = Errors(db)
     figure(errors, options.page.with_suffix(".svg"))
-    write(options.page, {"within": within(errors), "errors": error_tables(errors), "laws": laws(errors), "systems": systems(errors)})
+    write(options.page, {"within": within(errors), "errors": error_tables(errors), "events": event_tables(errors),
+                         "impulses": impulse_tables(errors), "laws": laws(errors), "systems": systems(errors)})
