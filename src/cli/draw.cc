@@ -129,7 +129,7 @@ std::vector<std::string> shown_contenders(const Store& store, const DrawOptions&
 
 int movie(const DrawOptions& options) {
   const std::string& system = options.where[1];
-  const auto [width, height] = parse_size(options.size.value_or("1920x1080"));
+  const auto [width, height] = parse_size(options.size.value_or(is_gif(options.out) ? "960x540" : "1920x1080"));
   const Store store = Store::open(options.where[0]);
   const Scene scene = scene_named(store, system);
   const std::vector<std::string> contenders = shown_contenders(store, options);
@@ -148,18 +148,19 @@ int movie(const DrawOptions& options) {
   return write_movie(scene, store.cells(), parts, request, progress);
 }
 
-bool is_movie(const std::string& out) { return out.ends_with(".mp4"); }
+bool is_gif(const std::string& out) { return out.ends_with(".gif"); }
+bool is_movie(const std::string& out) { return out.ends_with(".mp4") || is_gif(out); }
 
 int draw(const DrawOptions& options) {
   if (!is_movie(options.out)) {
     if (!options.contenders.empty() || options.timestep) {
-      throw InputError(fmt::format("--{} is for a movie: give --out a name that ends in .mp4",
+      throw InputError(fmt::format("--{} is for a movie: give --out a name that ends in .mp4 or .gif",
                                    options.timestep ? "timestep" : "contenders"));
     }
     return picture(options);
   }
   if (options.contender || options.time) {
-    throw InputError(fmt::format("--{} is for a picture: give --out a name that does not end in .mp4",
+    throw InputError(fmt::format("--{} is for a picture: give --out a name that does not end in .mp4 or .gif",
                                  options.contender ? "contender" : "time"));
   }
   if (options.where.size() != 2) throw InputError("a movie shows measured runs: give a results directory and a system");
@@ -204,7 +205,7 @@ void add_draw(CLI::App& app, Action& action) {
       {{"assay draw humanoid --out humanoid.png", "the initial state of a model"},
        {"assay draw results humanoid --contender ode-quick --time 1.5 --out fallen.png", "a state of a kept run"},
        {"assay draw results humanoid --out humanoid.mp4", "a movie of the kept runs of up to 12 contenders"},
-       {"assay draw results grasp --contenders mujoco-euler,havok --timestep 4 --out grasp.mp4",
+       {"assay draw results grasp --contenders mujoco-euler,havok --timestep 4 --out grasp.gif",
         "runs these contenders again at 4 ms"}});
   const auto options = std::make_shared<DrawOptions>();
   command->add_option("WHERE", options->where, "A model (file or system's name), or a results directory and a system")
@@ -213,8 +214,8 @@ void add_draw(CLI::App& app, Action& action) {
       ->type_name("MODEL|DIR SYSTEM");
   add_picture_options(*command, *options);
   add_movie_options(*command, *options);
-  add_size_and_out(*command, *options, "Pixels (default: 1280x960, of a movie 1920x1080)",
-                   "PNG file to write ('-': standard output), or an MP4 file by its ending .mp4");
+  add_size_and_out(*command, *options, "Pixels (default: 1280x960, of an MP4 file 1920x1080, of a GIF 960x540)",
+                   "PNG file to write ('-': standard output), or a movie by its ending: .mp4, or .gif");
   command->callback([&action, options] { action = [options] { return draw(*options); }; });
 }
 
@@ -244,7 +245,7 @@ void add_movie(CLI::App& app, Action& action) {
   command->add_option("DIR", options->where[0], "Results directory")->required()->type_name("");
   command->add_option("SYSTEM", options->where[1], "One of its systems")->required()->type_name("");
   add_movie_options(*command, *options);
-  add_size_and_out(*command, *options, "Pixels (default: 1920x1080)", "MP4 file to write");
+  add_size_and_out(*command, *options, "Pixels (default: 1920x1080)", "MP4 or GIF file to write");
   command->callback([&action, options] { action = [options] { return movie(*options); }; });
 }
 

@@ -293,6 +293,17 @@ class Pictures(WithResults):
         self.assertLess(still, 0.5, "but for the encoder's losses")
         self.assertGreater(moving, 4 * still + 1)
 
+    def test_a_gif_has_the_movie_s_pictures(self):
+        self.assay("draw", "results", "planar-chain", "--size", f"{2 * self.WIDTH}x{self.HEIGHT}", "--out", "movie.gif")
+        self.assertEqual((self.dir / "movie.gif").read_bytes()[:6], b"GIF89a")
+        frames = self.frames("movie.gif", width=2 * self.WIDTH)
+        shown = self.movie()
+        self.assertGreater(len(frames), 1)
+        self.assertLessEqual(len(frames), len(shown))
+        self.assertLess(self.difference(frames[0], shown[0], 0, 2 * self.WIDTH, 0, self.HEIGHT, 2 * self.WIDTH), 4,
+                        "but for a palette and the encoder's losses")
+        self.assertNotEqual(frames[0], frames[-1])
+
     def test_an_interrupted_movie_leaves_nothing(self):
         started = self.start_assay("movie", "results", "planar-chain", "--size", "1920x1080", "--out", "movie.mp4")
         deadline = time.monotonic() + 60

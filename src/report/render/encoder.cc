@@ -43,17 +43,25 @@ class NoSigpipe {
 
 }  // namespace
 
-Encoder::Encoder(const std::string& path, int width, int height, double frame_ms) : path_(path) {
+Encoder::Encoder(const std::string& path, Format format, int width, int height, double frame_ms) : path_(path) {
   // As a fraction, so that times are exact.
   const std::string rate = fmt::format("1000000/{}", std::llround(1000 * frame_ms));
   const std::string size = fmt::format("{}x{}", width, height);
   // ffmpeg would take a relative name that begins with '-' for an option.
   const std::string file = "file:" + path;
-  std::vector<std::string> words = {
-      "ffmpeg",        "-nostdin", "-y",          "-v",         "error",      "-f",   "rawvideo",
-      "-pixel_format", "rgb24",    "-video_size", size,         "-framerate", rate,   "-i",
-      "pipe:0",        "-c:v",     "libx264",     "-preset",    "medium",     "-crf", "20",
-      "-pix_fmt",      "yuv420p",  "-movflags",   "+faststart", "-f",         "mp4",  file};
+  std::vector<std::string> words = {"ffmpeg",        "-nostdin", "-y",          "-v", "error",      "-f", "rawvideo",
+                                    "-pixel_format", "rgb24",    "-video_size", size, "-framerate", rate, "-i",
+                                    "pipe:0"};
+  const std::vector<std::string> mp4 = {"-c:v",    "libx264",   "-preset",    "medium", "-crf", "20", "-pix_fmt",
+                                        "yuv420p", "-movflags", "+faststart", "-f",     "mp4",  file};
+  // One palette for all frames and no noise of dithering, so that what rests costs nothing.
+  const std::vector<std::string> gif = {
+      "-filter_complex",
+      "fps='min(source_fps,15)',split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=none:"
+      "diff_mode=rectangle",
+      "-f", "gif", file};
+  const std::vector<std::string>& output = format == Format::kGif ? gif : mp4;
+  words.insert(words.end(), output.begin(), output.end());
   std::vector<char*> arguments;
   arguments.reserve(words.size() + 1);
   for (std::string& word : words) arguments.push_back(word.data());

@@ -1,4 +1,4 @@
-// H.264 movies by ffmpeg, which runs as a process and reads raw frames.
+// Movies by ffmpeg, which runs as a process and reads raw frames: H.264, or GIF for pages that show no video.
 #pragma once
 
 #include <string>
@@ -11,9 +11,10 @@ namespace assay {
 
 class Encoder {
  public:
-  // Starts ffmpeg (of the PATH), which writes `path` in the MP4 container. `frame_ms` is the time from one frame to the
-  // next. Throws SystemError, naming what to install, when there is no ffmpeg.
-  Encoder(const std::string& path, int width, int height, double frame_ms);
+  enum class Format { kMp4, kGif };
+  // Starts ffmpeg (of the PATH), which writes `path` as `format`. `frame_ms` is the time from one frame to the next; a
+  // GIF has at most 15 frames a second. Throws SystemError, naming what to install, when there is no ffmpeg.
+  Encoder(const std::string& path, Format format, int width, int height, double frame_ms);
   ~Encoder();  // ends ffmpeg when finish() was not called
   Encoder(const Encoder&) = delete;
   Encoder& operator=(const Encoder&) = delete;
