@@ -35,6 +35,9 @@ struct DrawOptions {
   std::string out;
 };
 
+bool is_gif(const std::string& out) { return out.ends_with(".gif"); }
+bool is_movie(const std::string& out) { return out.ends_with(".mp4") || is_gif(out); }
+
 std::pair<int, int> parse_size(const std::string& text) {
   constexpr int kLeast = 16, kMost = 8192;
   const size_t cross = text.find('x');
@@ -147,9 +150,6 @@ int movie(const DrawOptions& options) {
                              .of_kept_runs = !options.timestep};
   return write_movie(scene, store.cells(), parts, request, progress);
 }
-
-bool is_gif(const std::string& out) { return out.ends_with(".gif"); }
-bool is_movie(const std::string& out) { return out.ends_with(".mp4") || is_gif(out); }
 
 int draw(const DrawOptions& options) {
   if (!is_movie(options.out)) {

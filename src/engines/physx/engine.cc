@@ -92,7 +92,9 @@ class PhysxEngine final : public Adapter {
       if (std::string(choice.solver) == "tgs") {
         set["solver"] = std::string("tgs");
         // with this solver a velocity iteration would apply drives again
-        if (set.count("pd") != 0) set["velocity_iterations"] = 0LL;
+        if (const long long count = set.count("pd") != 0 ? 0 : kTgsVelocityIterations; count != 1) {
+          set["velocity_iterations"] = count;
+        }
       }
       list.push_back({fmt::format("{}-{}{}", kPrefix, choice.name, suffix),
                       fmt::format("{}, {}{}, float", kTitle, choice.text, text), std::move(set)});

@@ -49,6 +49,7 @@ const bool kContactModification = true;
 
 // findings/physx/tgs_links_halve_friction.cc; right from 5.3 on
 const double kLinkCfm = 0;
+const long long kTgsVelocityIterations = 1;
 
 const bool kSharesFrictionTwice = true;
 

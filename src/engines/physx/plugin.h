@@ -25,6 +25,9 @@ extern const bool kContactDamping;
 // Default of the setting `link_cfm`.
 extern const double kLinkCfm;
 
+// Velocity iterations of contenders with temporal Gauss-Seidel.
+extern const long long kTgsVelocityIterations;
+
 // Whether a callback can set the friction of contacts.
 extern const bool kContactModification;
 
