@@ -100,6 +100,10 @@ int run_match(const MatchOptions& options) {
     if (progress.due()) progress.show(fmt::format("{}: {}", question.model.name, text));
   });
   progress.clear();
+  for (const std::string& note :
+       match::write_fitted_models(question, answer, (std::filesystem::path(options.out) / "models").string())) {
+    message(note);
+  }
   const auto json = match::match_json(question, answer);
   write_file((std::filesystem::path(options.out) / "match.json").string(), dump_json(json, 1) + "\n");
   if (options.json) {

@@ -17,6 +17,7 @@
 #include "base/json.h"
 #include "base/text.h"
 #include "base/write_file.h"
+#include "load/model_mjcf.h"
 #include "match/optimiser.h"
 #include "run/coordinator/pool.h"
 
@@ -566,6 +567,22 @@ MatchAnswer match(const MatchQuestion& question, const std::function<void(const 
     return Matcher(split, progress).match();
   }
   throw InputError(fmt::format("there is one motion, '{}', and a fit has to be judged by another one: give more logs", log.name));
+}
+
+std::vector<std::string> write_fitted_models(const MatchQuestion& question, const MatchAnswer& answer,
+                                             const std::string& folder) {
+  std::vector<std::string> notes;
+  for (const ContenderResult& result : answer.contenders) {
+    if (!result.failure.empty()) continue;
+    make_own_folder(folder);
+    const Model fitted = changed_model(question.model, parse_changes(result.changes));
+    try {
+      write_file((fs::path(folder) / (result.contender + ".xml")).string(), model_mjcf(fitted));
+    } catch (const InputError& error) {
+      notes.push_back(error.what());
+    }
+  }
+  return notes;
 }
 
 }  // namespace assay::match

@@ -83,6 +83,11 @@ struct MatchAnswer {
 // `progress` gets sentences. Throws InputError, SystemError (interrupted, a full disk).
 MatchAnswer match(const MatchQuestion& question, const std::function<void(const std::string&)>& progress);
 
+// The model with what was fitted, as CONTENDER.xml in `folder`, for each contender with a fit. Returns a sentence for each
+// that MJCF cannot hold. Throws SystemError.
+std::vector<std::string> write_fitted_models(const MatchQuestion& question, const MatchAnswer& answer,
+                                             const std::string& folder);
+
 nlohmann::ordered_json match_json(const MatchQuestion& question, const MatchAnswer& answer);
 // For people.
 Answer match_text(const MatchQuestion& question, const MatchAnswer& answer);

@@ -14,6 +14,7 @@
 import json
 import math
 import sys
+import warnings
 
 import numpy as np
 
@@ -28,10 +29,10 @@ def say(message):
 class Problem:
     def __init__(self, task):
         self.task = task
-        self.lower = np.array(task["lower"])
-        self.upper = np.array(task["upper"])
+        self.lower = np.array(task["lower"], dtype=float)
+        self.upper = np.array(task["upper"], dtype=float)
         self.width = self.upper - self.lower
-        self.start = np.clip(np.array(task["start"]), self.lower, self.upper)
+        self.start = np.clip(np.array(task["start"], dtype=float), self.lower, self.upper)
         self.free = [i for i in range(len(self.start)) if self.width[i] > 0]
         self.evaluations = 0
         # of each residual its block, and of each block its cluster
@@ -111,7 +112,9 @@ def least_squares_from(problem, start, delta, budget):
 
 
 def cma_from(problem, start, seed, budget):
-    import cma
+    with warnings.catch_warnings():  # it draws nothing here
+        warnings.simplefilter("ignore")
+        import cma
 
     lower, upper = problem.lower[problem.free], problem.upper[problem.free]
     options = cma.CMAOptions()
@@ -188,30 +191,18 @@ class Information:
         """Curvature that stands for the bounds: an even distribution between them."""
         return max(self.variance, 1e-30) * 12.0 * np.eye(len(self.curvature))
 
-    def covariance(self):
-        """Sandwich over the clusters, in widths of the bounds."""
-        bread = np.linalg.inv(self.curvature + 1e-9 * np.trace(self.curvature) / len(self.curvature) * np.eye(len(self.curvature)))
-        count = len(self.slopes)
-        centred = self.slopes - self.slopes.mean(axis=0)
-        meat = centred.T @ centred * (count / max(1, count - 1))
-        robust = bread @ meat @ bread
-        if count <= len(bread):  # too few clusters span no covariance
-            robust = robust + self.variance * bread
-        return robust
-
     def weakest(self, widest):
         """The direction that the data determine least, where its interval is wider than `widest` of the bounds."""
         values, vectors = np.linalg.eigh(self.curvature)
-        cov = self.covariance()
-        worst = None
-        for k in range(len(values)):
-            v = vectors[:, k]
-            interval = 2 * Z95 * math.sqrt(max(0.0, float(v @ cov @ v)))
-            noise = 2 * Z95 * math.sqrt(self.variance / max(values[k], 1e-300))
-            interval = max(interval, noise)
-            if interval > widest and (worst is None or interval > worst[1]):
-                worst = (v, interval)
-        return worst
+        values = np.maximum(values, 1e-13 * max(values.max(), 1e-30))
+        count = len(self.slopes)
+        slopes = (self.slopes - self.slopes.mean(axis=0)) @ vectors
+        # over clusters, and as if all residuals were independent: few clusters may agree by chance
+        clusters = np.sqrt(np.sum(slopes**2, axis=0) * (count / max(1, count - 1))) / values
+        independent = np.sqrt(self.variance / values)
+        intervals = np.minimum(2 * Z95 * np.maximum(clusters, independent), 1e6)
+        worst = int(np.argmax(intervals))
+        return (vectors[:, worst], float(intervals[worst])) if intervals[worst] > widest else None
 
     def bootstrap(self, resamples, seed):
         """Solutions of resampled clusters by one Newton step each, in widths of the bounds."""
