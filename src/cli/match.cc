@@ -35,7 +35,7 @@ struct MatchOptions {
 
 // NAME or NAME=LOWER,UPPER of --fit.
 match::FitRequest fit_request(const std::string& text) {
-  match::FitRequest request{.parameter = text.substr(0, text.find('=')), .lower = {}, .upper = {}, .place = {}};
+  match::FitRequest request{.parameter = text.substr(0, text.find('=')), .lower = {}, .upper = {}};
   const size_t equals = text.find('=');
   if (equals == std::string::npos) return request;
   const std::string bounds = text.substr(equals + 1);

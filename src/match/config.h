@@ -6,8 +6,9 @@
 //
 //   [columns]                      # quantity = "column of the file"
 //   time = "time"
-//   motion = "toss"                # a column that numbers the motions of a file with several
-//   body = "cube"                  # columns x, y, ..., wz without a body's name are this body's
+//   motion = "toss"                # a column that names the motion of each row, in a file with several
+//   body = "cube"                  # columns x, y, ..., wz without a body's name are this body's; where the model has
+//                                  # only one free body, they are without this line
 //   shoulder = "pos_meas1"
 //   "shoulder.torque" = "tau_meas1"
 //   ignore = ["temperature"]       # columns that are no quantity; other unknown ones are refused
@@ -58,20 +59,16 @@ namespace assay::match {
 
 enum class DriveLaw { kNone, kTorque, kPd };
 
-// Where [columns], [units] and so on come from, for messages.
-struct ConfigPlace {
-  int line = 0;  // of the configuration's file; 0: not given there
-};
-
 struct FitRequest {
   std::string parameter;               // as written: "damping", "mass:upper"
   bool fit = true;                     // false: keep the model's value
   std::optional<double> lower, upper;  // in the parameter's unit; without them its own bounds
-  ConfigPlace place;
+  int line = 0;                        // of the configuration's file
 };
 
 struct MatchConfig {
-  std::string path;  // "" without a file
+  std::string path;                  // "" without a file
+  std::map<std::string, int> lines;  // of "columns.elbow", "rows.*_06": where it is in the file, for messages
 
   // [columns]: quantity -> column. Without an entry the column has the quantity's name.
   std::map<std::string, std::string> columns;
@@ -108,6 +105,9 @@ struct MatchConfig {
 // names) is checked by read_logs(). Throws InputError with file and line.
 MatchConfig read_match_config(const std::string& path);
 MatchConfig parse_match_config(std::string_view text, const std::string& path);
+
+// "match.toml:12" of a key of `lines`; the file alone for another.
+std::string config_place(const MatchConfig& config, const std::string& key);
 
 // Whether `name` fits a pattern with * and ?.
 bool matches_pattern(const std::string& name, const std::string& pattern);

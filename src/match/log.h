@@ -65,17 +65,21 @@ std::string fault_text(const LogFault& fault);
 // file that cannot be read or has no header, and where the configuration names what the model does not have.
 //
 // An .npz has an array for each column, of equal lengths; of an array of two dimensions "q" the columns are "q[0]",
-// "q[1]", ... Arrays of other shapes are ignored. Limits: 1 GiB unpacked, 4,000,000 samples, 10,000 columns,
+// "q[1]", ... Arrays of other shapes are ignored. Limits: 512 MiB unpacked, 4,000,000 rows, 10,000 columns,
 // 100,000 motions.
 struct LogFile {
   std::vector<MeasuredLog> logs;
   std::vector<LogFault> faults;
+  size_t more_faults = 0;  // beyond those
 };
 LogFile inspect_log_file(const std::string& path, const Model& model, const MatchConfig& config);
 
 // All motions of these files, in their order. Throws InputError with the first fault, and for two logs of one name.
 std::vector<MeasuredLog> read_logs(const std::vector<std::string>& paths, const Model& model,
                                    const MatchConfig& config);
+
+// Throws InputError where [rows] or [held_out] name a log that is not there; read_logs() has done it.
+void check_names(const std::vector<MeasuredLog>& logs, const MatchConfig& config);
 
 // A torque, or another signal, without its glitches: the median of `samples` (odd) around each sample.
 std::vector<double> running_median(const std::vector<double>& values, int samples);

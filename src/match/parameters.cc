@@ -321,7 +321,7 @@ class Chooser {
 // What is fitted where nobody says: of joints what drives and friction hide, of a thrown body what impacts show.
 std::vector<FitRequest> default_requests(const Model& model, const MotionScales& scales) {
   std::vector<FitRequest> requests;
-  const auto add = [&](const std::string& name) { requests.push_back({.parameter = name, .lower = {}, .upper = {}, .place = {}}); };
+  const auto add = [&](const std::string& name) { requests.push_back({.parameter = name, .lower = {}, .upper = {}}); };
   const bool joints = std::ranges::any_of(scales.logged, [](bool b) { return b; });
   if (joints) {
     for (const char* name : {"damping", "dry_friction", "armature", "mass"}) add(name);
