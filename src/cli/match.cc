@@ -18,6 +18,7 @@
 #include "cli/answer.h"
 #include "cli/commands.h"
 #include "cli/model_options.h"
+#include "engines/engine_files.h"
 #include "engines/registry.h"
 #include "isolate/contained.h"
 #include "load/mjcf.h"

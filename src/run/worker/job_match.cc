@@ -1,6 +1,7 @@
 // Sessions that simulate measured motion: windows of logs, each from its own first state, for one candidate after the
 // other.
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
@@ -154,7 +155,12 @@ class MatchSession {
     const double rounding = 1e-3 * timestep_s_;
     try {
       for (const double time : window.times) {
-        while (stepper.state().time + rounding < time) {
+        const auto steps = static_cast<long long>(std::ceil((time - rounding - stepper.state().time) / timestep_s_));
+        if (steps > 1) {
+          stepper.advance(steps - 1);
+          stepper.read();
+        }
+        if (steps > 0) {
           before = stepper.state();
           stepper.advance(1);
           stepper.read();
