@@ -219,7 +219,7 @@ class Balancer {
 struct Explained {
   size_t spans = 0;
   double weight = 0, gain = 0, gain_error = 0, weight_error = 0, friction = 0, damping = 0, offset = 0;
-  double share = 0;              // of the square of `inertial`
+  double share = 0;                    // of the square of `inertial`
   std::vector<double> left_over = {};  // per span
 };
 Explained explained(const Balance& balance, bool torque) {
@@ -277,7 +277,9 @@ class Checker {
       const MeasuredLog& log = logs_[number_];
       facts(log);
       if (log.samples() < kLeastSamples) {
-        find({.severity = FindingSeverity::kWarning, .kind = "short", .text = fmt::format("it has {}", counted(log.samples(), "sample")),
+        find({.severity = FindingSeverity::kWarning,
+              .kind = "short",
+              .text = fmt::format("it has {}", counted(log.samples(), "sample")),
               .fix = fmt::format("give logs of at least {} samples", kLeastSamples)});
         continue;
       }
@@ -316,7 +318,8 @@ class Checker {
   }
   void spoil(const TimeSpan& span, const std::string& reason) { out_.spoiled.push_back({number_, span, reason}); }
 
-  // -- numbers -----------------------------------------------------------------------------------------------------------
+  // -- numbers
+  // -----------------------------------------------------------------------------------------------------------
 
   void channel(LogFacts& facts, const std::string& quantity, const std::vector<double>& x) const {
     if (x.empty()) return;
@@ -367,19 +370,26 @@ class Checker {
       const TimeSpan span{log.time[i - 1], log.time[i]};
       spoil(span, "gap");
       if (++count > kMostOfAKind) continue;
-      find({.severity = FindingSeverity::kWarning, .kind = "gap", .line = log.line[i], .column = "time", .span = span,
+      find({.severity = FindingSeverity::kWarning,
+            .kind = "gap",
+            .line = log.line[i],
+            .column = "time",
+            .span = span,
             .text = fmt::format("{:.3g} s without a sample, in a log of one each {:.3g} ms", width, 1e3 * step),
             .fix = "windows that touch it are left out; log without loss if it happens often"});
     }
     constexpr double kJitter = 0.25;
     if (count == 0 && out_.logs.back().jitter > kJitter) {
-      find({.severity = FindingSeverity::kRemark, .kind = "jitter", .column = "time",
+      find({.severity = FindingSeverity::kRemark,
+            .kind = "jitter",
+            .column = "time",
             .text = fmt::format("the time between samples scatters by {:.0f} %", 100 * out_.logs.back().jitter),
             .fix = "log the time of the measurement, and not that of its arrival"});
     }
   }
 
-  // -- one joint ---------------------------------------------------------------------------------------------------------
+  // -- one joint
+  // ---------------------------------------------------------------------------------------------------------
 
   // Position and velocity say the same motion.
   void rates(const MeasuredLog& log, const MeasuredJoint& joint) {
@@ -405,9 +415,10 @@ class Checker {
     } else if (hinge && near(1 / kDegree)) {
       finding.kind = "degrees";
       finding.column = joint_name(joint);
-      finding.text = fmt::format("'{}' changes by {:.3g} times '{}': the position is in degrees and the velocity in "
-                                 "rad/s",
-                                 joint_name(joint), slope.slope, name);
+      finding.text = fmt::format(
+          "'{}' changes by {:.3g} times '{}': the position is in degrees and the velocity in "
+          "rad/s",
+          joint_name(joint), slope.slope, name);
       finding.fix = "give angle = \"deg\" and angular_velocity = \"rad/s\" in [units]";
     } else if (hinge && near(kDegree)) {
       finding.kind = "degrees";
@@ -430,89 +441,128 @@ class Checker {
     const std::string name = joint_name(joint) + ".torque";
     const std::vector<size_t> glitches = glitches_of(joint.torque);
     if (!glitches.empty()) {
-      find({.severity = FindingSeverity::kRemark, .kind = "glitches", .line = log.line[glitches.front()], .column = name,
+      find({.severity = FindingSeverity::kRemark,
+            .kind = "glitches",
+            .line = log.line[glitches.front()],
+            .column = name,
             .span = {log.time[glitches.front()], log.time[glitches.back()]},
             .text = fmt::format("{} of {} are far from all around them, the first at {:.4g} s", glitches.size(),
                                 counted(joint.torque.size(), "sample"), log.time[glitches.front()]),
-            .fix = config_.torque_median > 1 ? fmt::format("a median of {} samples removes them ('median' in [drive])",
-                                                           config_.torque_median)
-                                             : "remove them by 'median' in [drive]"});
+            .fix = config_.torque_median > 1
+                       ? fmt::format("a median of {} samples removes them ('median' in [drive])", config_.torque_median)
+                       : "remove them by 'median' in [drive]"});
     }
     const std::vector<double> smooth = running_median(joint.torque, 9);
+    // what holds a joint at rest is no limit of its drive
+    const std::vector<TimeSpan> rests = rests_of(log, joint);
+    const auto rests_at = [&](size_t i) {
+      return std::ranges::any_of(rests,
+                                 [&](const auto& span) { return log.time[i] >= span.from && log.time[i] <= span.to; });
+    };
     const Range2 range = range_of(smooth);
     constexpr double kOfWidth = 0.005, kShare = 0.05;
     for (const double end : {range.lower, range.upper}) {
       if (range.width() == 0 || std::abs(end) < 0.5 * std::max(std::abs(range.lower), std::abs(range.upper))) continue;
-      const auto there = std::ranges::count_if(
-          smooth, [&](double value) { return std::abs(value - end) <= kOfWidth * range.width(); });
+      size_t there = 0;
+      for (size_t i = 0; i < smooth.size(); ++i) {
+        there += static_cast<size_t>(std::abs(smooth[i] - end) <= kOfWidth * range.width() && !rests_at(i));
+      }
       if (static_cast<double>(there) < kShare * static_cast<double>(smooth.size())) continue;
-      find({.severity = FindingSeverity::kRemark, .kind = "saturation", .column = name,
+      find({.severity = FindingSeverity::kRemark,
+            .kind = "saturation",
+            .column = name,
             .text = fmt::format("it is at its end, {:.4g}, in {:.0f} % of the time", end,
                                 100.0 * static_cast<double>(there) / static_cast<double>(smooth.size())),
             .fix = "use the measured torque, not the commanded one, if the drive clips it"});
     }
   }
 
-  // Spans in which a joint does not move.
-  std::vector<TimeSpan> rests_of(const MeasuredLog& log, const MeasuredJoint& joint, double least) const {
-    const double width = std::max({4 * noise_of(joint.position), 2.5 * step_of(joint.position),
-                                   model_.joints[joint.joint].is_slide() ? 2e-4 : 0.15 * kDegree});
+  // Longest spans of at least `least` seconds in which a joint stays within `width`.
+  static std::vector<TimeSpan> still_spans(const MeasuredLog& log, const MeasuredJoint& joint, double width,
+                                           double least) {
+    constexpr double kStride = 0.1;  // s, between beginnings that are tried
     std::vector<TimeSpan> spans;
-    size_t from = 0;
-    double lower = joint.position[0], upper = lower;
-    for (size_t i = 1; i <= log.samples(); ++i) {
-      if (i < log.samples()) {
-        const double low = std::min(lower, joint.position[i]), high = std::max(upper, joint.position[i]);
-        if (high - low <= width) {
-          lower = low;
-          upper = high;
-          continue;
-        }
+    for (size_t from = 0; from < log.samples();) {
+      double lower = joint.position[from], upper = lower;
+      size_t behind = from + 1;
+      for (; behind < log.samples(); ++behind) {
+        lower = std::min(lower, joint.position[behind]);
+        upper = std::max(upper, joint.position[behind]);
+        if (upper - lower > width) break;
       }
-      if (log.time[i - 1] - log.time[from] >= least) spans.push_back({log.time[from], log.time[i - 1]});
-      if (i == log.samples()) break;
-      from = i;
-      lower = upper = joint.position[i];
+      const TimeSpan span{log.time[from], log.time[behind - 1]};
+      if (span.to - span.from >= least) {
+        spans.push_back(span);
+        from = behind;
+      } else {
+        const double next = log.time[from] + kStride;
+        while (from < log.samples() && log.time[from] < next) ++from;
+      }
     }
     return spans;
   }
 
-  void rests(const MeasuredLog& log) {
+  // No more than noise and the sensor's steps.
+  std::vector<TimeSpan> rests_of(const MeasuredLog& log, const MeasuredJoint& joint) const {
     constexpr double kLeast = 1;
+    const double width = std::max({4 * noise_of(joint.position), 2.5 * step_of(joint.position),
+                                   model_.joints[joint.joint].is_slide() ? 2e-4 : 0.15 * kDegree});
+    return still_spans(log, joint, width, kLeast);
+  }
+
+  void rests(const MeasuredLog& log) {
     if (log.joints.empty()) return;
-    std::vector<std::vector<TimeSpan>> spans;
-    for (const MeasuredJoint& joint : log.joints) spans.push_back(rests_of(log, joint, kLeast));
-    for (size_t j = 0; j < spans.size(); ++j) {
-      for (const TimeSpan& span : spans[j]) {
-        // whether the others rest as long
-        TimeSpan all = span;
-        for (size_t k = 0; k < spans.size(); ++k) {
-          TimeSpan best{0, 0};
-          for (const TimeSpan& other : spans[k]) {
-            const TimeSpan common{std::max(all.from, other.from), std::min(all.to, other.to)};
-            if (common.to - common.from > best.to - best.from) best = common;
-          }
-          all = best;
+    std::vector<TimeSpan> common = rests_of(log, log.joints.front());
+    for (size_t j = 1; j < log.joints.size(); ++j) {
+      std::vector<TimeSpan> both;
+      for (const TimeSpan& a : common) {
+        for (const TimeSpan& b : rests_of(log, log.joints[j])) {
+          const TimeSpan span{std::max(a.from, b.from), std::min(a.to, b.to)};
+          if (span.to > span.from) both.push_back(span);
         }
-        const bool together = all.to - all.from >= kLeast;
-        if (together && j == 0) {
-          spoil(all, "rest");
-          find({.severity = FindingSeverity::kRemark, .kind = "rest", .line = line_at(log, all.from), .span = all,
-                .text = fmt::format("nothing moves from {:.4g} to {:.4g} s", all.from, all.to),
-                .fix = "windows in it are left out"});
-        }
-        if (all.to - all.from > 0.8 * (span.to - span.from)) continue;
-        find({.severity = FindingSeverity::kWarning, .kind = "sticks", .line = line_at(log, span.from),
-              .column = joint_name(log.joints[j]), .span = span,
-              .text = fmt::format("'{}' sticks from {:.4g} to {:.4g} s, while the robot moves",
-                                  joint_name(log.joints[j]), span.from, span.to),
-              .fix = "only an engine with static friction can follow it: fit dry_friction, or leave the span out by "
-                     "[rows]"});
       }
+      common = std::move(both);
+    }
+    for (size_t i = 0; i < common.size(); ++i) {
+      spoil(common[i], "rest");
+      if (i >= kMostOfAKind) continue;
+      find({.severity = FindingSeverity::kRemark,
+            .kind = "rest",
+            .line = line_at(log, common[i].from),
+            .span = common[i],
+            .text = fmt::format("nothing moves from {:.4g} to {:.4g} s", common[i].from, common[i].to),
+            .fix = "windows in it are left out"});
+    }
+    for (const MeasuredJoint& joint : log.joints) sticks(log, joint);
+  }
+
+  // A joint that stays where it is, but for what its belt or gear gives way, while others move.
+  void sticks(const MeasuredLog& log, const MeasuredJoint& joint) {
+    constexpr double kShare = 0.04, kOthers = 0.3, kLeast = 1.5;
+    const double width = kShare * range_of(joint.position).width();
+    if (width < 4 * noise_of(joint.position)) return;
+    for (const TimeSpan& span : still_spans(log, joint, width, kLeast)) {
+      const auto begin = std::ranges::lower_bound(log.time, span.from) - log.time.begin();
+      const auto end = std::ranges::upper_bound(log.time, span.to) - log.time.begin();
+      const bool others = std::ranges::any_of(log.joints, [&](const MeasuredJoint& other) {
+        const std::vector<double> part(other.position.begin() + begin, other.position.begin() + end);
+        return other.joint != joint.joint && range_of(part).width() > kOthers * range_of(other.position).width();
+      });
+      if (!others) continue;
+      find({.severity = FindingSeverity::kWarning,
+            .kind = "sticks",
+            .line = line_at(log, span.from),
+            .column = joint_name(joint),
+            .span = span,
+            .text = fmt::format("'{}' sticks from {:.4g} to {:.4g} s, while others move", joint_name(joint), span.from,
+                                span.to),
+            .fix = "only an engine with static friction can follow it: fit dry_friction, or leave the span out by "
+                   "[rows]"});
     }
   }
 
-  // -- all joints together -----------------------------------------------------------------------------------------------
+  // -- all joints together
+  // -----------------------------------------------------------------------------------------------
 
   void dynamics(const MeasuredLog& log) {
     if (!balancer_.fits(log)) return;
@@ -527,25 +577,33 @@ class Checker {
       const std::string& name = joint_name(log.joints[j]);
       if (joint.spans == 0 || joint.share < kShare) continue;
       if (torques && joint.gain + kErrors * joint.gain_error < 0) {
-        find({.severity = FindingSeverity::kWrong, .kind = "torque sign", .column = name + ".torque",
-              .text = fmt::format("the motion goes best with {:.3g} times '{}.torque' (standard error {:.2g}): its sign "
-                                  "is wrong",
-                                  joint.gain, name, joint.gain_error),
-              .fix = fmt::format("give \"{}.torque\" = -1 in [scale], or -1 for \"{}\" if the position is flipped", name,
-                                 name)});
+        find(
+            {.severity = FindingSeverity::kWrong,
+             .kind = "torque sign",
+             .column = name + ".torque",
+             .text = fmt::format("the motion goes best with {:.3g} times '{}.torque' (standard error {:.2g}): its sign "
+                                 "is wrong",
+                                 joint.gain, name, joint.gain_error),
+             .fix = fmt::format("give \"{}.torque\" = -1 in [scale], or -1 for \"{}\" if the position is flipped", name,
+                                name)});
       } else if (torques && (joint.gain - kErrors * joint.gain_error > 4 ||
                              (joint.gain + kErrors * joint.gain_error < 0.25 && joint.gain > 0))) {
-        find({.severity = FindingSeverity::kWarning, .kind = "torque scale", .column = name + ".torque",
+        find({.severity = FindingSeverity::kWarning,
+              .kind = "torque scale",
+              .column = name + ".torque",
               .text = fmt::format("the motion goes best with {:.3g} times '{}.torque' (standard error {:.2g})",
                                   joint.gain, name, joint.gain_error),
               .fix = "give its unit in [units], or the gear in [scale], or mend the masses of the model"});
       }
       if (joint.weight + kErrors * joint.weight_error < 0) {
-        find({.severity = FindingSeverity::kWrong, .kind = "zero", .column = name,
+        find({.severity = FindingSeverity::kWrong,
+              .kind = "zero",
+              .column = name,
               .text = fmt::format("gravity acts on '{}' with {:.3g} times what the model says: its zero or its axis is "
                                   "turned",
                                   name, joint.weight),
-              .fix = fmt::format("give \"{}\" = 3.14159 in [offset] if the robot's zero points up, or mend the model", name)});
+              .fix = fmt::format("give \"{}\" = 3.14159 in [offset] if the robot's zero points up, or mend the model",
+                                 name)});
       }
     }
     hands(log, balances);
@@ -568,7 +626,8 @@ class Checker {
     const auto joints = static_cast<double>(balances.size());
     constexpr double kGood = 0.6, kBetter = 0.15;
     if (turned / joints < kGood || turned - given < kBetter * joints) return false;
-    find({.severity = FindingSeverity::kWrong, .kind = "degrees",
+    find({.severity = FindingSeverity::kWrong,
+          .kind = "degrees",
           .text = fmt::format("its angles reach over {:.4g}, and equations of motion explain {:.0f} % of the "
                               "accelerations as radians, {:.0f} % as degrees: they are degrees",
                               widest, 100 * std::max(0.0, given / joints), 100 * turned / joints),
@@ -576,8 +635,8 @@ class Checker {
     return true;
   }
 
-  // Work that no torque does, and friction cannot: somebody pushes. Inertia is the model's; the weight of gravity, the
-  // friction and an offset are fitted, so that a wrong mass is no hand.
+  // Work that no torque does, and friction cannot: somebody pushes. Inertia, the weight of gravity, friction and an
+  // offset are fitted first, so that a wrong mass is no hand.
   void hands(const MeasuredLog& log, const std::vector<Balance>& balances) {
     for (size_t j = 0; j < balances.size(); ++j) {
       const Balance& balance = balances[j];
@@ -617,8 +676,11 @@ class Checker {
       double total = 0;
       for (const Push& push : spans_) total += push.span.to - push.span.from;
       const TimeSpan& worst = spans_.front().span;
-      find({.severity = FindingSeverity::kWarning, .kind = "hands", .line = line_at(log, worst.from),
-            .column = joint_name(log.joints[j]), .span = worst,
+      find({.severity = FindingSeverity::kWarning,
+            .kind = "hands",
+            .line = line_at(log, worst.from),
+            .column = joint_name(log.joints[j]),
+            .span = worst,
             .text = fmt::format("in {} ({:.3g} s) '{}' gains energy that its torque does not give, most from {:.4g} to "
                                 "{:.4g} s: hands or a contact push it, or the model is not this robot",
                                 counted(spans_.size(), "span"), total, joint_name(log.joints[j]), worst.from, worst.to),
@@ -626,28 +688,40 @@ class Checker {
     }
   }
 
-  // inertial + weight still - torque + friction direction + damping rate - offset, which nothing of the robot explains.
+  // The torque that nothing of the robot explains: what its inertia, weight, friction and an offset take, less what is
+  // measured. Where the inertia that fits is far from the model's, forces that nobody measured move the robot, and the
+  // model's is taken.
   static std::vector<double> outside_torque(const Balance& balance) {
+    constexpr double kLeast = 0.2, kMost = 6;
+    double inertia = 0;
+    std::vector<double> left = outside_torque(balance, true, inertia);
+    return inertia >= kLeast && inertia <= kMost ? left : outside_torque(balance, false, inertia);
+  }
+  static std::vector<double> outside_torque(const Balance& balance, bool fit_inertia, double& inertia) {
     const auto n = static_cast<Eigen::Index>(balance.time.size());
-    Eigen::MatrixXd rows(n, 4);
+    constexpr Eigen::Index kColumns = 5;
+    Eigen::MatrixXd rows(n, kColumns);
     Eigen::VectorXd y(n);
     for (Eigen::Index k = 0; k < n; ++k) {
-      rows.row(k) << -balance.still[k], -balance.direction[k], -balance.rate[k], 1;
-      y[k] = balance.inertial[k] - balance.torque[k];
+      const auto i = static_cast<size_t>(k);
+      rows.row(k) << balance.inertial[i], balance.still[i], balance.direction[i], balance.rate[i], 1;
+      y[k] = balance.torque[i] - (fit_inertia ? 0 : balance.inertial[i]);
     }
     // by reweighting, because pushes are to stay what they are
     Eigen::VectorXd weights = Eigen::VectorXd::Ones(n), left = y;
-    std::array<bool, 4> used = {true, true, true, true};
+    std::array<bool, kColumns> used = {fit_inertia, true, true, true, true};
     for (int round = 0; round < 12; ++round) {
       const Eigen::VectorXd root = weights.cwiseSqrt();
       Eigen::MatrixXd weighted = root.asDiagonal() * rows;
-      for (Eigen::Index c = 0; c < 4; ++c) {
+      for (Eigen::Index c = 0; c < kColumns; ++c) {
         if (!used[static_cast<size_t>(c)]) weighted.col(c).setZero();
       }
-      const Eigen::VectorXd c = weighted.completeOrthogonalDecomposition().solve(root.asDiagonal() * y);
-      left = y - rows * c;
+      const Eigen::VectorXd c =
+          weighted.completeOrthogonalDecomposition().solve(Eigen::VectorXd(root.asDiagonal() * y));
+      left = rows * c - y;
+      inertia = c[0];
       // friction takes energy only
-      for (const Eigen::Index k : {1, 2}) used[static_cast<size_t>(k)] = used[static_cast<size_t>(k)] && c[k] >= 0;
+      for (const Eigen::Index k : {2, 3}) used[static_cast<size_t>(k)] = used[static_cast<size_t>(k)] && c[k] >= 0;
       std::vector<double> sizes;
       for (const double value : left) sizes.push_back(std::abs(value));
       const double scale = std::max(1.345 * 1.4826 * median_of(sizes), 1e-12);
@@ -673,7 +747,8 @@ class Checker {
     return {parity::inverse_dynamics(model, layout, state, Eigen::VectorXd::Unit(layout.count, at))[at], 1};
   }
 
-  // -- free bodies -------------------------------------------------------------------------------------------------------
+  // -- free bodies
+  // -------------------------------------------------------------------------------------------------------
 
   Flight flight_of(const MeasuredLog& log, const MeasuredBody& body) const {
     const size_t n = log.samples();
@@ -764,21 +839,28 @@ class Checker {
       constexpr double kBetter = 0.1, kGood = 0.5;
       if (std::max(from_body, to_body) > std::max(kGood, given + kBetter)) {
         const bool was_body = from_body > to_body;
-        find({.severity = FindingSeverity::kWrong, .kind = "axes", .column = name + ".wx",
-              .text = fmt::format("the angular velocity of '{}' goes with its turning in axes of the {}: {:.0f} % of it, "
-                                  "and {:.0f} % as given",
-                                  name, was_body ? "body" : "world", 100 * std::max(from_body, to_body), 100 * given),
+        find({.severity = FindingSeverity::kWrong,
+              .kind = "axes",
+              .column = name + ".wx",
+              .text =
+                  fmt::format("the angular velocity of '{}' goes with its turning in axes of the {}: {:.0f} % of it, "
+                              "and {:.0f} % as given",
+                              name, was_body ? "body" : "world", 100 * std::max(from_body, to_body), 100 * given),
               .fix = fmt::format("give angular_velocity = \"{}\" in [frames]", was_body ? "body" : "world")});
       } else if (given > kGood && std::abs(slope * kDegree - 1) > 0.3 && std::abs(slope - 1) > 0.3) {
         const bool degrees = std::abs(slope / kDegree - 1) < 0.3;
-        find({.severity = FindingSeverity::kWrong, .kind = degrees ? "degrees" : "velocity scale", .column = name + ".wx",
+        find({.severity = FindingSeverity::kWrong,
+              .kind = degrees ? "degrees" : "velocity scale",
+              .column = name + ".wx",
               .text = fmt::format("'{}' turns with {:.3g} times its angular velocity", name, slope),
               .fix = degrees ? "give angular_velocity = \"deg/s\" in [units]"
                              : "mend its unit or sign in [units] or [scale]"});
       }
       const double linear = spin.linear_slope / spin.samples;
       if (spin.linear / spin.samples > kGood && std::abs(linear - 1) > 0.3) {
-        find({.severity = FindingSeverity::kWarning, .kind = "velocity scale", .column = name + ".vx",
+        find({.severity = FindingSeverity::kWarning,
+              .kind = "velocity scale",
+              .column = name + ".vx",
               .text = fmt::format("'{}' moves with {:.3g} times its velocity", name, linear),
               .fix = "mend its unit, axes or sign in [units], [frames] or [scale]"});
       }
@@ -791,9 +873,10 @@ class Checker {
       }
       find({.severity = grounded_.size() * 2 > logs_.size() ? FindingSeverity::kWarning : FindingSeverity::kRemark,
             .kind = "no flight",
-            .text = fmt::format("{} no free flight: {}{}",
-                                grounded_.size() == 1 ? "1 motion has" : fmt::format("{} motions have", grounded_.size()),
-                                join(names, ", "), names.size() < grounded_.size() ? ", ..." : ""),
+            .text =
+                fmt::format("{} no free flight: {}{}",
+                            grounded_.size() == 1 ? "1 motion has" : fmt::format("{} motions have", grounded_.size()),
+                            join(names, ", "), names.size() < grounded_.size() ? ", ..." : ""),
             .fix = "its first state is fitted to samples in contact; begin the log in flight"});
     }
   }
@@ -820,8 +903,8 @@ class Checker {
     for (const auto& [scale, words] : units) {
       for (int axis = 0; axis < 6; ++axis) {
         const Vec3 direction = (axis % 2 == 0 ? 1 : -1) * Vec3::Unit(axis / 2);
-        const auto count = static_cast<size_t>(std::ranges::count_if(
-            falls, [&](const Vec3& a) { return (scale * a - g * direction).norm() < 0.25 * g; }));
+        const auto count = static_cast<size_t>(
+            std::ranges::count_if(falls, [&](const Vec3& a) { return (scale * a - g * direction).norm() < 0.25 * g; }));
         const bool given = scale == 1 && direction.dot(down) > 0.99;
         if (given) as_given = count;
         if (count > best.count) best = {scale, direction, words.first, words.second, count};
@@ -832,14 +915,20 @@ class Checker {
     const std::string& name = model_.bodies[body].name;
     if (share(best.count) < kShare || share(as_given) > 0.5 * share(best.count)) return;
     if (best.scale != 1) {
-      find({.severity = FindingSeverity::kWrong, .kind = "length unit", .column = name + ".x",
-            .text = fmt::format("'{}' falls with {:.4g} m/s^2: its positions are in {}", name, g / best.scale, best.text),
+      find({.severity = FindingSeverity::kWrong,
+            .kind = "length unit",
+            .column = name + ".x",
+            .text =
+                fmt::format("'{}' falls with {:.4g} m/s^2: its positions are in {}", name, g / best.scale, best.text),
             .fix = best.fix});
     }
     if (best.direction.dot(down) < 0.99) {
-      const char axis = "xyz"[std::distance(best.direction.data(), std::find_if(best.direction.data(), best.direction.data() + 3,
-                                                                                [](double value) { return value != 0; }))];
-      find({.severity = FindingSeverity::kWrong, .kind = "flipped axis", .column = name + "." + axis,
+      const char axis =
+          "xyz"[std::distance(best.direction.data(), std::find_if(best.direction.data(), best.direction.data() + 3,
+                                                                  [](double value) { return value != 0; }))];
+      find({.severity = FindingSeverity::kWrong,
+            .kind = "flipped axis",
+            .column = name + "." + axis,
             .text = fmt::format("'{}' falls along {}{}, and the model's gravity is ({:.3g}, {:.3g}, {:.3g})", name,
                                 best.direction.sum() > 0 ? '+' : '-', axis, model_.gravity.x(), model_.gravity.y(),
                                 model_.gravity.z()),
@@ -847,7 +936,8 @@ class Checker {
     }
   }
 
-  // -- all logs ----------------------------------------------------------------------------------------------------------
+  // -- all logs
+  // ----------------------------------------------------------------------------------------------------------
 
   void excitation() {
     number_ = logs_.size();
@@ -863,9 +953,12 @@ class Checker {
       }
       const bool slide = model_.joints[j].is_slide();
       if (!logged || width >= (slide ? kLeastWay : kLeastAngle)) continue;
-      find({.severity = FindingSeverity::kWarning, .kind = "excitation", .column = model_.joints[j].name,
+      find({.severity = FindingSeverity::kWarning,
+            .kind = "excitation",
+            .column = model_.joints[j].name,
             .text = fmt::format("'{}' moves by {} at most in all logs: they tell nothing of its friction and inertia",
-                                model_.joints[j].name, slide ? quantity_text(width, "m") : fmt::format("{:.3g} deg", width / kDegree)),
+                                model_.joints[j].name,
+                                slide ? quantity_text(width, "m") : fmt::format("{:.3g} deg", width / kDegree)),
             .fix = "log a motion in which it moves, or fit nothing of it"});
     }
   }
@@ -875,24 +968,29 @@ class Checker {
     const DriveLaw law = drive_law(logs_, config_);
     for (const MeasuredLog& log : logs_) {
       if (law == DriveLaw::kTorque && !log.has_torque()) {
-        find({.severity = FindingSeverity::kWrong, .kind = "drive",
+        find({.severity = FindingSeverity::kWrong,
+              .kind = "drive",
               .text = fmt::format("'{}' has no torque, which drives the robot by [drive]", log.name),
               .fix = "give the log's columns of torque, or law = \"none\" where nothing drives"});
       }
-      if (law == DriveLaw::kPd && std::ranges::all_of(log.joints, [](const auto& joint) { return joint.target.empty(); })) {
-        find({.severity = FindingSeverity::kWrong, .kind = "drive",
+      if (law == DriveLaw::kPd &&
+          std::ranges::all_of(log.joints, [](const auto& joint) { return joint.target.empty(); })) {
+        find({.severity = FindingSeverity::kWrong,
+              .kind = "drive",
               .text = fmt::format("'{}' has no targets, which drive the robot by law = \"pd\"", log.name),
               .fix = "name the columns of the targets, JOINT.target in [columns]"});
       }
     }
     if (!config_.law && law == DriveLaw::kNone &&
         std::ranges::any_of(logs_, [](const MeasuredLog& log) { return log.has_torque(); })) {
-      find({.severity = FindingSeverity::kWarning, .kind = "drive",
+      find({.severity = FindingSeverity::kWarning,
+            .kind = "drive",
             .text = "some logs have torques and others none, so nothing drives the robot",
             .fix = "give law = \"torque\" or \"none\" in [drive]"});
     }
     if (logs_.size() == 1) {
-      find({.severity = FindingSeverity::kWarning, .kind = "one log",
+      find({.severity = FindingSeverity::kWarning,
+            .kind = "one log",
             .text = "there is one log, so what is held out is its last third",
             .fix = "give several logs: a fit that is tried on its own log says little"});
     }
