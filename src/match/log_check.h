@@ -4,7 +4,10 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "match/log.h"
+#include "results/answer.h"
 
 namespace assay::match {
 
@@ -16,14 +19,14 @@ enum class FindingSeverity {
 
 struct LogFinding {
   FindingSeverity severity = FindingSeverity::kWarning;
-  std::string kind;    // "degrees", "torque sign", "gap", "hands", ...: stable names, for JSON and tests
-  std::string log;     // "": of all
-  std::string source;  // the file
-  size_t line = 0;     // 0: of the whole log
-  std::string column;  // quantity, "": none
-  TimeSpan span;       // where; both 0 for the whole log
-  std::string text;    // a sentence with the offending value
-  std::string fix;     // what to do about it, imperative; "": nothing
+  std::string kind = {};    // "degrees", "torque sign", "gap", "hands", ...: stable names, for JSON and tests
+  std::string log = {};     // "": of all
+  std::string source = {};  // the file
+  size_t line = 0;          // 0: of the whole log
+  std::string column = {};  // quantity, "": none
+  TimeSpan span = {};       // where; both 0 for the whole log
+  std::string text = {};    // a sentence with the offending value
+  std::string fix = {};     // what to do about it, imperative; "": nothing
 };
 
 // A time in which the motion is not the robot's alone (hands), not measured (gaps), or tells nothing (rest): windows
@@ -57,5 +60,9 @@ struct LogCheck {
 };
 
 LogCheck check_logs(const Model& model, const MatchConfig& config, const std::vector<MeasuredLog>& logs);
+
+// What was found, in words; the same as {"logs", "findings", "spoiled"}.
+Answer check_answer(const LogCheck& check);
+nlohmann::ordered_json check_json(const LogCheck& check);
 
 }  // namespace assay::match
