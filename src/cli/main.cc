@@ -219,6 +219,7 @@ const std::vector<Command>& commands() {
       {"import", kModels, add_import, kContained},
       {"simulate", kRuns, add_simulate},
       {"run", kRuns, add_run},
+      {"match", kRuns, add_match},
       {"paper", kRuns, add_paper},
       {"submit", kRuns, add_submit},
       {"status", kRuns, add_status, kReads},

@@ -9,12 +9,18 @@
 //   limits[:JOINT]=off
 //   armature[:JOINT]=off       damping, stiffness, dry_friction alike: of hinges, slides and ball joints
 //   mass[:BODY]=1.1            kg, the inertia stays; inertia alike
-//   gravity=0.5
+//   inertia:BODY=XX,YY,ZZ,XY,XZ,YZ   about the centre of mass in body axes, kg m^2
+//   centre:BODY=X,Y,Z          of mass, moved by that in body axes, m
+//   gravity=0.5                or X,Y,Z in world axes, m/s^2
+//   ground=+0.001              shapes of the world, moved upwards by that, m
+//   encoder[:JOINT]=+0.01      what a hinge or slide reads, more by that in the same pose, rad or m
 //   dampers=explicit           joints' springs and dampers are torques of each step's start, not the engine's
 //   clamp=off                  no limits of what actuators or a policy's drives give
-//   delay=1                    torques, of a policy its actions, act that many control steps later, or earlier (-1)
+//   delay=1                    torques, of a policy its actions, act that many control steps later, or earlier (-1);
+//                              `4ms` as a time, of what a log has measured any, else whole steps
 //   law=engine                 a policy's drives: the engine's springs and dampers, or `explicit`
 //   gear[:JOINT]=-1            times the torque that was asked for
+//   drive_stiffness[:JOINT]=2  of the drives that follow a log's targets; drive_damping alike
 //   order=JOINT,JOINT          each of the two gets the other's torque; `reversed`: all in reverse order
 //   contender=NAME             the run is this contender's
 //   timestep=0.5               times the run's
@@ -43,12 +49,17 @@ enum class ChangeKind {
   kDryFriction,
   kMass,
   kInertia,
+  kCentre,
   kGravity,
+  kGround,
+  kEncoder,
   kDampers,
   kClamp,
   kDelay,
   kLaw,
   kGear,
+  kDriveStiffness,
+  kDriveDamping,
   kOrder,
   kContender,
   kTimestep,
@@ -76,8 +87,13 @@ bool is_of_contender(const RunChange& change);
 // The last value that `changes` give a kind; null for none.
 const RunChange* last_change(const std::vector<RunChange>& changes, ChangeKind kind);
 
-// The sum of all delays in `changes`, control steps.
+// The sum of all delays in `changes` that count control steps, and of those that are times, s.
 int delay_of(const std::vector<RunChange>& changes);
+double delay_s_of(const std::vector<RunChange>& changes);
+
+// The product of all factors that `changes` of this kind (kGear, kDriveStiffness, kDriveDamping) give each hinge and
+// slide of `model`. Throws InputError for a joint that it does not have.
+std::vector<double> joint_factors(const Model& model, ChangeKind kind, const std::vector<RunChange>& changes);
 
 // The model with its changes, in their order. Throws InputError for a joint or body that it does not have.
 Model changed_model(Model model, const std::vector<RunChange>& changes);

@@ -24,15 +24,27 @@ struct Damper {
 struct TorqueChange {
   std::vector<size_t> source;
   std::vector<double> factor;
-  int delay = 0;  // engine steps
+  int delay = 0;       // engine steps
+  double delay_s = 0;  // besides
   std::vector<Damper> dampers;
 
   bool is_none(size_t joints) const {
-    if (delay > 0 || !dampers.empty()) return false;
+    if (delays() || !dampers.empty()) return false;
     for (size_t j = 0; j < joints; ++j) {
       if (source[j] != j || factor[j] != 1) return false;
     }
     return true;
+  }
+
+  bool delays() const { return delay > 0 || delay_s > 0; }
+  // In steps of that length. Throws InputError where they are not whole ones.
+  int steps(double timestep_s) const {
+    const double more = delay_s / timestep_s;
+    if (std::abs(more - std::round(more)) > 1e-6 * std::max(1.0, more)) {
+      throw InputError(fmt::format("a delay of {:g} ms is not a whole number of steps of {:g} ms: give a multiple of it",
+                                   1e3 * delay_s, 1e3 * timestep_s));
+    }
+    return delay + static_cast<int>(std::lround(more));
   }
 
   void place(std::span<double> torques) const {
@@ -49,15 +61,15 @@ struct TorqueChange {
 
 class ChangedRun final : public ControlRun {
  public:
-  ChangedRun(std::unique_ptr<ControlRun> inner, const TorqueChange& change, size_t joints)
+  ChangedRun(std::unique_ptr<ControlRun> inner, const TorqueChange& change, size_t joints, double timestep_s)
       : inner_(std::move(inner)),
         change_(change),
-        pending_(static_cast<size_t>(change.delay), std::vector<double>(joints, 0.0)) {}
+        pending_(static_cast<size_t>(change.steps(timestep_s)), std::vector<double>(joints, 0.0)) {}
 
   void torques(const State& state, std::span<double> torques) override {
     inner_->torques(state, torques);
     change_.place(torques);
-    if (change_.delay > 0) {
+    if (!pending_.empty()) {
       pending_.emplace_back(torques.begin(), torques.end());
       std::ranges::copy(pending_.front(), torques.begin());
       pending_.pop_front();
@@ -83,10 +95,13 @@ class ChangedControl final : public Control {
     change_.damp(state, torques);
   }
   std::unique_ptr<ControlRun> start(double timestep_s) const override {
-    return std::make_unique<ChangedRun>(inner_->start(timestep_s), change_, change_.source.size());
+    return std::make_unique<ChangedRun>(inner_->start(timestep_s), change_, change_.source.size(), timestep_s);
   }
-  bool has_memory() const override { return inner_->has_memory() || change_.delay > 0; }
-  void check_timestep(double timestep_s) const override { inner_->check_timestep(timestep_s); }
+  bool has_memory() const override { return inner_->has_memory() || change_.delays(); }
+  void check_timestep(double timestep_s) const override {
+    inner_->check_timestep(timestep_s);
+    static_cast<void>(change_.steps(timestep_s));
+  }
   void rehearse() const override { inner_->rehearse(); }
   void equip(Model& model) const override { inner_->equip(model); }
   std::optional<std::vector<double>> largest_torques() const override {
@@ -159,19 +174,17 @@ std::unique_ptr<Control> changed_control(const Model& model, const ControlSpec& 
   TorqueChange torques;
   torques.source.resize(model.joints.size());
   std::iota(torques.source.begin(), torques.source.end(), size_t{0});
-  torques.factor.assign(model.joints.size(), 1.0);
+  torques.factor = joint_factors(model, ChangeKind::kGear, changes);
   torques.delay = policy ? 0 : delay;
-  if (torques.delay < 0) {
-    throw InputError(fmt::format("a delay of {} control steps is before the control '{}' itself", delay, spec.kind));
+  torques.delay_s = delay_s_of(changes);
+  if (torques.delay < 0 || torques.delay_s < 0) {
+    throw InputError(fmt::format("a delay of {} is before the control '{}' itself",
+                                 torques.delay < 0 ? fmt::format("{} control steps", delay)
+                                                   : fmt::format("{:g} ms", 1e3 * torques.delay_s),
+                                 spec.kind));
   }
   for (const RunChange& change : changes) {
     if (change.kind == ChangeKind::kOrder) reorder(model, change, torques);
-    if (change.kind != ChangeKind::kGear) continue;
-    const double factor = change.value == "off" ? 0 : parse_number(change.value).value_or(1);
-    const size_t only = change.element.empty() ? 0 : joint_named(model, change.element, change);
-    for (size_t j = 0; j < torques.factor.size(); ++j) {
-      if (change.element.empty() || j == only) torques.factor[j] *= factor;
-    }
   }
   if (last_change(changes, ChangeKind::kDampers) != nullptr) {
     std::vector<RunChange> others;

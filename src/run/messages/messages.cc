@@ -23,10 +23,12 @@ using nlohmann::json;
 
 constexpr std::array<std::string_view, std::variant_size_v<Request>> kRequestKinds = {
     "run",    "truth",   "pieces", "agreement",    "scaling", "conformance", "probe",
-    "timing", "prepare", "sample", "single-steps", "runs",    "batch",       "batch-sample"};
+    "timing", "prepare", "sample", "single-steps", "runs",    "batch",       "batch-sample",
+    "match",  "simulate"};
 constexpr std::array<std::string_view, std::variant_size_v<Reply>> kReplyKinds = {
     "done",     "test",    "error",          "crash",          "ready",
-    "prepared", "sampled", "single-stepped", "batch-prepared", "batch-sampled"};
+    "prepared", "sampled", "single-stepped", "batch-prepared", "batch-sampled",
+    "simulated"};
 
 // ---- the fields of each message: one list, by which it is written and read --------------------------------------------
 
@@ -105,6 +107,22 @@ void fields(auto& is, Of<BatchJob> auto& m) {
   is("warmup", m.warmup)("seed", m.seed);
 }
 void fields(auto& is, Of<BatchSampleCommand> auto& m) { is("steps", m.steps)("single_steps", m.single_steps); }
+void fields(auto& is, Of<MatchDrive> auto& m) {
+  is("times", m.times)("torques", m.torques)("targets", m.targets)("stiffness", m.stiffness)("damping", m.damping);
+}
+void fields(auto& is, Of<MatchFlight> auto& m) {
+  is("body", m.body)("times", m.times)("positions", m.positions)("rotations", m.rotations)("offset", m.offset);
+}
+void fields(auto& is, Of<MatchWindow> auto& m) {
+  is("drive", m.drive)("start_s", m.start_s)("times", m.times)("position", m.position)("velocity", m.velocity);
+  is("flights", m.flights);
+}
+void fields(auto& is, Of<MatchJob> auto& m) {
+  is("subject", m.subject)("timestep_ms", m.timestep_ms)("drives", m.drives)("windows", m.windows);
+}
+void fields(auto& is, Of<MatchCommand> auto& m) {
+  is("changes", m.changes)("settings", m.settings)("windows", m.windows);
+}
 void fields(auto& is, Of<PrepareCommand> auto& m) { is("timestep_ms", m.timestep_ms); }
 void fields(auto& is, Of<SampleCommand> auto& m) { is("how", m.how); }
 void fields(auto& is, Of<SingleStepsCommand> auto& m) { is("how", m.how); }
@@ -144,6 +162,9 @@ void fields(auto& is, Of<BatchSampled> auto& m) {
   is("ending", m.ending)("engine_s", m.engine_s)("wall_s", m.wall_s);
   is("step_us", m.step_us)("latency_us", m.latency_us);
 }
+
+void fields(auto& is, Of<MatchRun> auto& m) { is("ending", m.ending)("samples", m.samples); }
+void fields(auto& is, Of<MatchSimulated> auto& m) { is("runs", m.runs)("engine_s", m.engine_s); }
 
 // ---- writing --------------------------------------------------------------------------------------------------------
 

@@ -176,6 +176,42 @@ struct BatchJob {
   std::uint64_t seed = 1;  // of the worlds that are compared, and the torques
 };
 
+// What a log says of the joints' drives, by hinge and slide of the model; empty for a joint that nothing drives.
+struct MatchDrive {
+  std::vector<double> times;                  // s, ascending; in between numbers are interpolated
+  std::vector<std::vector<double>> torques;   // Nm, N, as measured
+  std::vector<std::vector<double>> targets;   // rad, m, of a drive
+  std::vector<double> stiffness, damping;     // of the drives, by joint
+};
+
+// Samples of a free body from a window's start on, from which its first state follows for each candidate
+// (measures/first_state.h).
+struct MatchFlight {
+  int body = 0;
+  std::vector<double> times;      // s, from the start on
+  std::vector<double> positions;  // of the body's frame, three numbers a sample, m
+  std::vector<double> rotations;  // w, x, y, z
+  std::vector<double> offset;     // added to the state: position, velocity, rotation vector, angular velocity; or empty
+};
+
+// A stretch of a log that is simulated from its own first state.
+struct MatchWindow {
+  int drive = -1;                          // index into MatchJob::drives; -1: nothing drives
+  double start_s = 0;                      // in the log's time
+  std::vector<double> times;               // of the samples that are asked for, s from the start on
+  std::vector<double> position, velocity;  // at the start, of the model's hinges and slides
+  std::vector<MatchFlight> flights;
+};
+
+// A session that simulates measured motion: it answers with SessionReady, then each MatchCommand with MatchSimulated,
+// until its socket is closed.
+struct MatchJob {
+  SubjectSpec subject;  // its control and states do not matter
+  double timestep_ms = 0;
+  std::vector<MatchDrive> drives;
+  std::vector<MatchWindow> windows;
+};
+
 // How a turn at a timestep is taken (measures/windows.h).
 struct TurnPlan {
   double timestep_ms = 0;
@@ -215,8 +251,16 @@ struct BatchSampleCommand {
   int single_steps = 0;  // that follow, each synchronized
 };
 
+// One candidate: all of these windows with the changes (controls/changes/change.h) and settings of the contender.
+struct MatchCommand {
+  std::vector<std::string> changes;
+  std::map<std::string, std::string> settings;
+  std::vector<int> windows;
+};
+
 using Request = std::variant<RunJob, TruthJob, PiecesJob, AgreementJob, ScalingJob, ConformanceJob, ProbeJob, TimingJob,
-                             PrepareCommand, SampleCommand, SingleStepsCommand, RunsJob, BatchJob, BatchSampleCommand>;
+                             PrepareCommand, SampleCommand, SingleStepsCommand, RunsJob, BatchJob, BatchSampleCommand,
+                             MatchJob, MatchCommand>;
 
 // ---- replies: worker to coordinator ---------------------------------------------------------------------------------
 
@@ -308,8 +352,20 @@ struct BatchSampled {
   double latency_us = 0;  // of a single one, the median
 };
 
+// Of one window the samples as far as the run went: of each the positions of hinges and slides, then of each flight's
+// body the position of its frame and its rotation (w, x, y, z).
+struct MatchRun {
+  Ending ending;
+  std::vector<double> samples;
+};
+
+struct MatchSimulated {
+  std::vector<MatchRun> runs;  // of the command's windows
+  double engine_s = 0;
+};
+
 using Reply = std::variant<JobDone, TestResult, JobError, JobCrash, SessionReady, Prepared, Sampled, SingleSteps,
-                           BatchPrepared, BatchSampled>;
+                           BatchPrepared, BatchSampled, MatchSimulated>;
 
 // ---- the lines ------------------------------------------------------------------------------------------------------
 

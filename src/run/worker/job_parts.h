@@ -31,6 +31,8 @@ JobDone do_job(const ScalingJob& job);
 JobDone do_job(const TimingJob& job, const Report& report, const Next& next);
 // job_batch.cc
 JobDone do_job(const BatchJob& job, const Report& report, const Next& next);
+// job_match.cc
+JobDone do_job(const MatchJob& job, const Report& report, const Next& next);
 // job_conformance.cc
 JobDone do_job(const ConformanceJob& job, const Report& report);
 // job_probe.cc

@@ -1,0 +1,154 @@
+// `assay match`: which contender, with which parameters, moves as the robot was measured to.
+#include "match/match.h"
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "base/console.h"
+#include "base/errors.h"
+#include "base/json.h"
+#include "base/option_values.h"
+#include "base/paths.h"
+#include "base/text.h"
+#include "base/write_file.h"
+#include "cli/answer.h"
+#include "cli/commands.h"
+#include "cli/model_options.h"
+#include "engines/engine_files.h"
+#include "engines/registry.h"
+#include "isolate/contained.h"
+#include "load/mjcf.h"
+
+namespace assay::cli {
+namespace {
+
+struct MatchOptions {
+  ModelOptions model;
+  std::vector<std::string> logs, contenders, fit;
+  std::string config, out;
+  std::optional<std::string> timestep, jobs, budget, seed;
+  bool check = false, json = false;
+};
+
+// NAME or NAME=LOWER,UPPER of --fit.
+match::FitRequest fit_request(const std::string& text) {
+  match::FitRequest request{.parameter = text.substr(0, text.find('=')), .lower = {}, .upper = {}};
+  const size_t equals = text.find('=');
+  if (equals == std::string::npos) return request;
+  const std::string bounds = text.substr(equals + 1);
+  const size_t comma = bounds.find(',');
+  if (comma != std::string::npos) {
+    request.lower = parse_number(bounds.substr(0, comma));
+    request.upper = parse_number(bounds.substr(comma + 1));
+  }
+  if (!request.lower || !request.upper) {
+    throw InputError(fmt::format("--fit {} gives no bounds: write them as in damping=0,0.5", text));
+  }
+  return request;
+}
+
+match::MatchQuestion question_of(const MatchOptions& options) {
+  match::MatchQuestion question;
+  question.spec = {.path = find_model(options.model.model), .hash = "", .load = load_options(options.model), .variant = {}};
+  question.model = load_model(question.spec.path, question.spec.load);
+  question.spec.hash = question.model.hash;
+  question.config = match::read_match_config(options.config);
+  if (!options.fit.empty()) {
+    question.config.fit.clear();
+    for (const std::string& text : options.fit) question.config.fit.push_back(fit_request(text));
+  }
+  if (options.seed) question.config.seed = static_cast<std::uint64_t>(parse_count("--seed", *options.seed, 0, 1'000'000'000));
+  question.logs = match::read_logs(options.logs, question.model, question.config);
+  question.check = match::check_logs(question.model, question.config, question.logs);
+  question.contenders = options.contenders;
+  for (const std::string& name : question.contenders) static_cast<void>(Registry::instance().resolve(name));
+  if (options.timestep) question.timestep_ms = parse_positive("--timestep", *options.timestep, "milliseconds");
+  if (options.budget) question.budget = parse_count("--budget", *options.budget, 10, 1'000'000);
+  question.jobs = options.jobs ? parse_count("--jobs", *options.jobs, 1, 1024)
+                               : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  question.out = options.out;
+  return question;
+}
+
+int run_match(const MatchOptions& options) {
+  if (!options.check && options.out.empty()) {
+    throw InputError("--out DIR is missing: it names the folder of what is found; --check looks at the logs alone");
+  }
+  const auto read = [&] { return question_of(options); };
+  rehearse(fmt::format("reading '{}' and its logs", options.model.model), [&] { static_cast<void>(read()); }, model_caches());
+  match::MatchQuestion question = read();
+  if (options.check) {
+    if (options.json) {
+      print_json(match::check_json(question.check));
+    } else {
+      print(match::check_answer(question.check));
+    }
+    return kDone;
+  }
+  if (question.contenders.empty()) {
+    for (const Engine* engine : Registry::instance().engines()) {
+      const std::vector<Contender> contenders = engine->contenders();
+      if (!contenders.empty() && engine->name() != "null") question.contenders.push_back(contenders.front().name);
+    }
+  }
+  make_own_folder(options.out);
+  ProgressLine progress;
+  const match::MatchAnswer answer = match::match(question, [&](const std::string& text) {
+    if (progress.due()) progress.show(fmt::format("{}: {}", question.model.name, text));
+  });
+  progress.clear();
+  for (const std::string& note :
+       match::write_fitted_models(question, answer, (std::filesystem::path(options.out) / "models").string())) {
+    message(note);
+  }
+  const auto json = match::match_json(question, answer);
+  write_file((std::filesystem::path(options.out) / "match.json").string(), dump_json(json, 1) + "\n");
+  if (options.json) {
+    print_json(json);
+  } else {
+    print(match::match_text(question, answer));
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void add_match(CLI::App& app, Action& action) {
+  CLI::App* command = add_command(
+      app, "match", "Fit contenders to measured motion, and say which one moves as the robot does",
+      {{"assay match pendulum.xml --log pendulum_*.csv --contenders mujoco-euler,ode-quick --out matched", "joints"},
+       {"assay match cube.xml --log tosses.csv.xz --config match.toml --out matched", "a thrown body"},
+       {"assay match pendulum.xml --log pendulum.csv --check", "what the logs can tell"}});
+  const auto options = std::make_shared<MatchOptions>();
+  command->add_option("--log", options->logs, "Measured motion, CSV or .npz; several may be given")
+      ->required()
+      ->type_name("FILE...");
+  command->add_option("--config", options->config, "What the columns are, what drives, what is held out and fitted")
+      ->type_name("FILE");
+  command->add_option("--contenders", options->contenders, "Contenders (default: the first one of each engine)")
+      ->delimiter(',')
+      ->type_name("NAME,...");
+  command
+      ->add_option("--fit", options->fit,
+                   "Parameters, as in damping, mass:upper or friction=0.05,1 with bounds; may be repeated")
+      ->type_name("PARAMETER")
+      ->allow_extra_args(false);
+  command->add_flag("--check", options->check, "Only say what the logs can tell")->disable_flag_override();
+  command->add_option("--timestep", options->timestep, "Timestep in milliseconds, also as a fraction (default: 1)")
+      ->type_name("MS");
+  command->add_option("--budget", options->budget, "Candidates that a fit may try, the same for all (default: 1500)")
+      ->type_name("N");
+  command->add_option("--seed", options->seed, "Of all that is drawn (default: 1)")->type_name("N");
+  command->add_option("--jobs", options->jobs, "Simulations at a time (default: one a core)")->type_name("N");
+  command->add_option("--out", options->out, "Folder of what is found; the same command goes on where it stopped")
+      ->type_name("DIR");
+  command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();
+  add_model_options(*command, options->model);
+  command->callback([&action, options] { action = [options] { return run_match(*options); }; });
+}
+
+}  // namespace assay::cli

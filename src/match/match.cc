@@ -1,0 +1,588 @@
+#include "match/match.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <numeric>
+#include <random>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "base/errors.h"
+#include "base/hash.h"
+#include "base/json.h"
+#include "base/text.h"
+#include "base/write_file.h"
+#include "load/model_mjcf.h"
+#include "match/optimiser.h"
+#include "run/coordinator/pool.h"
+
+namespace assay::match {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr int kPerturbed = 4;                    // starts for the floor
+constexpr double kUnpredictable = 2;             // degrees
+constexpr int kRoughBudget = 1500, kSmoothBudget = 1500;  // candidates
+constexpr double kLimitS = 120;                  // of the runs that a worker does at once
+constexpr double kImpact = 0.05;                 // s that count as at an impact
+constexpr double kOdd = 2;                       // times the median log: nobody explains it
+
+// Which logs a fit sees and which it is judged by.
+struct Fold {
+  std::vector<bool> training, held_out;
+};
+
+std::vector<Fold> folds_of(const MatchQuestion& question) {
+  const size_t count = question.logs.size();
+  const MatchConfig& config = question.config;
+  std::vector<Fold> folds;
+  if (config.leave_one_out) {
+    for (size_t i = 0; i < count; ++i) {
+      Fold fold{std::vector<bool>(count, true), std::vector<bool>(count, false)};
+      fold.training[i] = false, fold.held_out[i] = true;
+      folds.push_back(std::move(fold));
+    }
+    return folds;
+  }
+  Fold fold{std::vector<bool>(count, true), std::vector<bool>(count, false)};
+  if (!config.held_out.empty()) {
+    for (size_t i = 0; i < count; ++i) {
+      fold.held_out[i] = std::ranges::any_of(
+          config.held_out, [&](const std::string& pattern) { return matches_pattern(question.logs[i].name, pattern); });
+      fold.training[i] = !fold.held_out[i];
+    }
+  } else {
+    std::vector<size_t> order(count);
+    std::iota(order.begin(), order.end(), size_t{0});
+    std::mt19937_64 random(config.seed);
+    for (size_t i = count; i > 1; --i) std::swap(order[i - 1], order[random() % i]);
+    const auto held = std::clamp<size_t>(static_cast<size_t>(std::llround(config.held_out_share * static_cast<double>(count))),
+                                         1, count > 1 ? count - 1 : 1);
+    for (size_t i = 0; i < held; ++i) fold.held_out[order[i]] = true, fold.training[order[i]] = false;
+  }
+  const auto any = [](const std::vector<bool>& logs) { return std::ranges::any_of(logs, [](bool b) { return b; }); };
+  if (!any(fold.training)) throw InputError("[held_out] logs name all logs, and a fit needs some: hold fewer out");
+  if (!any(fold.held_out)) throw InputError("[held_out] logs match no log: check the names, or leave the key out");
+  return {fold};
+}
+
+// The part of a log between two times.
+MeasuredLog part_of(const MeasuredLog& log, size_t from, size_t to, const std::string& name) {
+  MeasuredLog part;
+  part.name = log.name + name;
+  part.source = log.source;
+  const auto cut = [&](const auto& series) {
+    using Series = std::decay_t<decltype(series)>;
+    if (series.empty()) return Series();
+    return Series(series.begin() + static_cast<std::ptrdiff_t>(from), series.begin() + static_cast<std::ptrdiff_t>(to));
+  };
+  part.time = cut(log.time), part.line = cut(log.line);
+  for (const MeasuredJoint& joint : log.joints) {
+    part.joints.push_back({joint.joint, cut(joint.position), cut(joint.velocity), cut(joint.torque), cut(joint.target)});
+  }
+  for (const MeasuredBody& body : log.bodies) {
+    part.bodies.push_back({body.body, cut(body.p_WB), cut(body.q_WB), cut(body.v_WB), cut(body.w_WB)});
+  }
+  for (TimeSpan span : log.rows) {
+    span.from = std::max(span.from, part.time.front()), span.to = std::min(span.to, part.time.back());
+    if (span.from < span.to) part.rows.push_back(span);
+  }
+  return part;
+}
+
+// What a contender's result depends on.
+std::string key_of(const MatchQuestion& question, const std::string& contender) {
+  std::string text = fmt::format("match 1 {} {} {} {} {}\n", question.spec.hash, contender, question.timestep_ms,
+                                 question.budget, question.config.seed);
+  const auto add = [&](const auto& numbers) {
+    for (const auto& number : numbers) text += fmt::format("{},", number);
+    text += "\n";
+  };
+  for (const MeasuredLog& log : question.logs) {
+    text += log.name + "\n";
+    add(log.time);
+    for (const MeasuredJoint& joint : log.joints) add(joint.position), add(joint.torque), add(joint.target);
+    for (const MeasuredBody& body : log.bodies) {
+      for (const Vec3& p : body.p_WB) text += fmt::format("{},{},{},", p.x(), p.y(), p.z());
+      for (const Quat& q : body.q_WB) text += fmt::format("{},{},{},{},", q.w(), q.x(), q.y(), q.z());
+    }
+    for (const TimeSpan& span : log.rows) text += fmt::format("{}-{},", span.from, span.to);
+  }
+  const MatchConfig& config = question.config;
+  text += fmt::format("{} {} {} {}", config.fit_window_s, config.report_window_s, config.leave_one_out,
+                      config.held_out_share);
+  for (const std::string& pattern : config.held_out) text += " " + pattern;
+  for (const FitRequest& request : config.fit) {
+    text += fmt::format(" {}={}[{},{}]", request.parameter, request.fit, request.lower.value_or(0), request.upper.value_or(0));
+  }
+  for (const auto& [joint, gain] : config.stiffness) text += fmt::format(" kp:{}={}", joint, gain);
+  for (const auto& [joint, gain] : config.damping) text += fmt::format(" kd:{}={}", joint, gain);
+  return content_hash(text);
+}
+
+// Of one held-out log everything that its figures are made of.
+struct Scored {
+  size_t log = 0;
+  std::vector<WindowError> untuned, fitted, floor;          // of report windows
+  std::vector<WindowError> untuned_short, fitted_short;     // of fit windows
+  std::vector<std::array<std::vector<WindowError>, 3>> phases;  // samples before, at, after the first impact
+};
+
+Json errors_json(const std::vector<WindowError>& errors) {
+  Json list = Json::array();
+  for (const WindowError& e : errors) list.push_back({e.joints, e.position, e.rotation, e.failed ? 1 : 0});
+  return list;
+}
+std::vector<WindowError> errors_from(const Json& list) {
+  std::vector<WindowError> errors;
+  for (const Json& e : list) {
+    errors.push_back({e[0].get<double>(), e[1].get<double>(), e[2].get<double>(), e[3].get<int>() != 0});
+  }
+  return errors;
+}
+
+// A contender before the ranking.
+struct Raw {
+  ContenderResult result;
+  std::vector<Scored> scored;
+};
+
+Json raw_json(const Raw& raw, const std::string& key) {
+  Json json;
+  json["key"] = key;
+  json["failure"] = raw.result.failure;
+  json["warnings"] = raw.result.warnings;
+  json["fit"] = raw.result.failure.empty() ? fit_json(raw.result.fit) : Json();
+  json["engine_s"] = raw.result.engine_s;
+  json["evaluations"] = raw.result.evaluations;
+  json["scored"] = Json::array();
+  for (const Scored& scored : raw.scored) {
+    Json one;
+    one["log"] = scored.log;
+    one["untuned"] = errors_json(scored.untuned), one["fitted"] = errors_json(scored.fitted);
+    one["floor"] = errors_json(scored.floor);
+    one["untuned_short"] = errors_json(scored.untuned_short), one["fitted_short"] = errors_json(scored.fitted_short);
+    one["phases"] = Json::array();
+    for (const auto& phases : scored.phases) {
+      Json each = Json::array();
+      for (const auto& phase : phases) each.push_back(errors_json(phase));
+      one["phases"].push_back(each);
+    }
+    json["scored"].push_back(one);
+  }
+  return json;
+}
+
+bool raw_from(const Json& json, const std::string& key, Raw& raw) {
+  if (!json.is_object() || json.value("key", "") != key) return false;
+  raw.result.failure = json.at("failure").get<std::string>();
+  raw.result.warnings = json.at("warnings").get<std::vector<std::string>>();
+  raw.result.engine_s = json.at("engine_s").get<double>();
+  raw.result.evaluations = json.at("evaluations").get<int>();
+  if (raw.result.failure.empty()) raw.result.fit = fit_from_json(json.at("fit"));
+  for (const Json& one : json.at("scored")) {
+    Scored scored;
+    scored.log = one.at("log").get<size_t>();
+    scored.untuned = errors_from(one.at("untuned")), scored.fitted = errors_from(one.at("fitted"));
+    scored.floor = errors_from(one.at("floor"));
+    scored.untuned_short = errors_from(one.at("untuned_short"));
+    scored.fitted_short = errors_from(one.at("fitted_short"));
+    for (const Json& each : one.at("phases")) {
+      scored.phases.push_back({errors_from(each[0]), errors_from(each[1]), errors_from(each[2])});
+    }
+    raw.scored.push_back(std::move(scored));
+  }
+  return true;
+}
+
+class Matcher {
+ public:
+  Matcher(const MatchQuestion& question, const std::function<void(const std::string&)>& progress)
+      : question_(question),
+        progress_(progress),
+        windows_(question.model, question.logs, question.config, question.check),
+        folds_(folds_of(question)),
+        scales_(motion_scales(question.model, question.logs, question.config)) {
+    budget_ = question.budget > 0 ? question.budget : windows_.whole() ? kRoughBudget : kSmoothBudget;
+  }
+
+  MatchAnswer match() {
+    MatchAnswer answer;
+    answer.whole = windows_.whole();
+    answer.leave_one_out = question_.config.leave_one_out;
+    answer.warnings = question_.warnings;
+    for (size_t i = 0; i < question_.logs.size(); ++i) {
+      const auto in = [&](auto member) { return std::ranges::any_of(folds_, [&](const Fold& f) { return bool{(f.*member)[i]}; }); };
+      if (in(&Fold::training)) answer.training.push_back(question_.logs[i].name);
+      if (in(&Fold::held_out)) answer.held_out.push_back(question_.logs[i].name);
+    }
+    began_ = std::chrono::steady_clock::now();
+    std::vector<Raw> raws;
+    for (const std::string& name : question_.contenders) {
+      raws.push_back(contender(name));
+      ++done_contenders_;
+    }
+    judge(raws, answer);
+    return answer;
+  }
+
+ private:
+  Raw contender(const std::string& name) {
+    Raw raw;
+    raw.result.contender = name;
+    const ResolvedContender resolved = Registry::instance().resolve(name);
+    raw.result.parameters =
+        choose_parameters(question_.model, resolved, question_.config.fit, scales_, raw.result.warnings);
+    const std::string key = key_of(question_, name);
+    const fs::path folder = question_.out;
+    const fs::path kept = folder / "contenders" / (name + ".json");
+    if (std::ifstream file(kept); file) {
+      const Json json = Json::parse(file, nullptr, false);
+      Raw found;
+      found.result.contender = name;
+      found.result.parameters = raw.result.parameters;
+      if (raw_from(json, key, found)) return found;
+    }
+    current_ = name;
+    try {
+      measure(resolved, key, raw);
+    } catch (const EngineError& error) {
+      raw.result.failure = error.what();
+    }
+    std::error_code error;
+    fs::create_directories(kept.parent_path(), error);
+    write_file(kept.string(), dump_json(raw_json(raw, key)) + "\n");
+    return raw;
+  }
+
+  std::vector<size_t> windows_of(WindowUse use, const std::vector<bool>& logs) const { return windows_.of(use, logs); }
+
+  void measure(const ResolvedContender& resolved, const std::string& key, Raw& raw) {
+    ContenderResult& result = raw.result;
+    const std::string& name = result.contender;
+    MatchJob job;
+    job.subject.model = question_.spec;
+    job.subject.contender = {name, name, {}};
+    job.timestep_ms = question_.timestep_ms;
+    job.drives = windows_.drives();
+    for (const Window& window : windows_.all()) job.windows.push_back(window.message);
+    // perturbed ones behind them: of each window that is reported kPerturbed in a row
+    std::map<size_t, size_t> perturbed;
+    for (size_t i = 0; i < windows_.all().size(); ++i) {
+      const Window& window = windows_.all()[i];
+      if (window.use != WindowUse::kReport) continue;
+      perturbed[i] = job.windows.size();
+      for (int k = 0; k < kPerturbed; ++k) {
+        job.windows.push_back(windows_.perturbed(window, question_.config.seed * 1000003 + i * 97 + static_cast<std::uint64_t>(k)));
+      }
+    }
+    Evaluator evaluator(std::move(job), question_.jobs, kLimitS, interrupts_);
+    std::vector<double> nominal;
+    for (const Parameter& p : result.parameters) nominal.push_back(std::clamp(p.nominal, p.lower, p.upper));
+
+    // the model as it is; what the contender refuses it refuses here
+    const std::vector<bool> every(question_.logs.size(), true);
+    std::vector<size_t> all(windows_.all().size());
+    std::iota(all.begin(), all.end(), size_t{0});
+    const auto untuned = evaluator.simulate({Candidate()}, all).front();
+    for (const MatchRun& run : untuned) {
+      if (run.ending.outcome == Outcome::kUnsupported) throw UnsupportedError(run.ending.reason);
+    }
+    const bool dead = std::ranges::all_of(untuned, [](const MatchRun& run) { return run.samples.empty(); });
+    if (dead) throw EngineError(fmt::format("it fails in every window: {}", untuned.front().ending.reason));
+
+    std::vector<Fold> folds = folds_;
+    // what is reported of leaving one out is fitted to all of them
+    if (question_.config.leave_one_out) folds.push_back({every, std::vector<bool>(every.size(), false)});
+    for (size_t f = 0; f < folds.size(); ++f) {
+      FitOptions options;
+      options.seed = question_.config.seed;
+      options.budget = budget_;
+      options.rough = windows_.whole();
+      fs::create_directories(fs::path(question_.out) / "evaluations");
+      options.record = (fs::path(question_.out) / "evaluations" / fmt::format("{}-{}-{}.jsonl", name, f, key.substr(0, 12))).string();
+      const int before = done_, rest = static_cast<int>(folds.size() - f) * budget_;
+      options.progress = [&, before, rest](int done, int) { tell(before + done, done, rest); };
+      const Fit found = fit(evaluator, question_.model, windows_, windows_of(WindowUse::kFit, folds[f].training),
+                            result.parameters, options);
+      done_ = before + found.evaluations;
+      result.evaluations += found.evaluations;
+      if (f + 1 == folds.size()) result.fit = found;
+      score(evaluator, found, folds[f], result.parameters, perturbed, untuned, raw.scored);
+    }
+    result.engine_s = evaluator.engine_s();
+    static_cast<void>(resolved);
+  }
+
+  void score(Evaluator& evaluator, const Fit& found, const Fold& fold, const std::vector<Parameter>& parameters,
+             const std::map<size_t, size_t>& perturbed, const std::vector<MatchRun>& untuned,
+             std::vector<Scored>& scored) {
+    const std::vector<size_t> report = windows_of(WindowUse::kReport, fold.held_out);
+    const std::vector<size_t> brief = windows_of(WindowUse::kFit, fold.held_out);
+    if (report.empty() && brief.empty()) return;
+    std::vector<size_t> asked = report;
+    for (const size_t i : report) {
+      for (int k = 0; k < kPerturbed; ++k) asked.push_back(perturbed.at(i) + static_cast<size_t>(k));
+    }
+    if (!windows_.whole()) asked.insert(asked.end(), brief.begin(), brief.end());
+    const auto runs = evaluator.simulate({candidate_of(question_.model, parameters, found.values)}, asked).front();
+    std::map<size_t, Scored> of_log;
+    for (size_t r = 0; r < report.size(); ++r) {
+      const size_t i = report[r];
+      const Window& window = windows_.all()[i];
+      Scored& own = of_log[window.log];
+      own.untuned.push_back(windows_.error(window, untuned[i]));
+      own.fitted.push_back(windows_.error(window, runs[r]));
+      std::vector<WindowError> apart;
+      for (size_t k = 0; k < kPerturbed; ++k) {
+        apart.push_back(windows_.distance(window, runs[report.size() + (r * kPerturbed) + k], runs[r]));
+      }
+      own.floor.push_back(mean_error(apart));
+      if (!windows_.whole() || window.message.flights.empty()) continue;
+      const std::vector<WindowError> samples = windows_.sample_errors(window, runs[r]);
+      const double impact = window.message.flights.front().times.back();
+      std::array<std::vector<WindowError>, 3> phases;
+      for (size_t s = 0; s < samples.size(); ++s) {
+        const double time = window.message.times[s];
+        phases.at(time <= impact ? 0 : time <= impact + kImpact ? 1 : 2).push_back(samples[s]);
+      }
+      // of each phase the mean: they are short in some motions and long in others
+      for (auto& phase : phases) {
+        if (phase.size() > 1) phase = {mean_error(phase)};
+      }
+      own.phases.push_back(std::move(phases));
+    }
+    const size_t from = report.size() * (1 + kPerturbed);
+    for (size_t r = 0; r < brief.size() && !windows_.whole(); ++r) {
+      const Window& window = windows_.all()[brief[r]];
+      Scored& own = of_log[window.log];
+      own.untuned_short.push_back(windows_.error(window, untuned[brief[r]]));
+      own.fitted_short.push_back(windows_.error(window, runs[from + r]));
+    }
+    for (auto& [log, own] : of_log) {
+      own.log = log;
+      scored.push_back(std::move(own));
+    }
+  }
+
+  // Of `spent` candidates of this contender.
+  void tell(int, int done, int rest) {
+    if (!progress_) return;
+    const double spent_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+    ++told_;
+    const auto contenders = static_cast<double>(question_.contenders.size());
+    const double share = (static_cast<double>(done_contenders_) +
+                          std::min(1.0, static_cast<double>(done) / std::max(1, rest))) / contenders;
+    progress_(fmt::format("{} ({} of {}): {} candidates, about {} left", current_, done_contenders_ + 1,
+                          question_.contenders.size(), done, duration_label(spent_s * (1 - share) / std::max(share, 1e-3))));
+  }
+
+  void judge(std::vector<Raw>& raws, MatchAnswer& answer) const {
+    // a window is predictable where any contender's own is
+    std::map<std::pair<size_t, size_t>, double> floors;
+    for (const Raw& raw : raws) {
+      for (const Scored& scored : raw.scored) {
+        for (size_t w = 0; w < scored.floor.size(); ++w) {
+          const WindowError& floor = scored.floor[w];
+          const double degrees = std::max(floor.joints, floor.rotation);
+          const auto [at, fresh] = floors.try_emplace({scored.log, w}, degrees);
+          if (!fresh) at->second = std::min(at->second, degrees);
+        }
+      }
+    }
+    for (Raw& raw : raws) {
+      ContenderResult& result = raw.result;
+      if (!result.failure.empty()) continue;
+      std::ranges::sort(raw.scored, {}, &Scored::log);
+      std::array<std::vector<WindowError>, 3> phases;
+      for (const Scored& scored : raw.scored) {
+        LogResult log;
+        log.log = question_.logs[scored.log].name;
+        std::vector<WindowError> untuned, fitted, floor;
+        for (size_t w = 0; w < scored.fitted.size(); ++w) {
+          ++log.windows;
+          if (floors.at({scored.log, w}) > kUnpredictable) {
+            ++log.unpredictable;
+            continue;
+          }
+          log.failed += scored.fitted[w].failed ? 1 : 0;
+          untuned.push_back(scored.untuned[w]), fitted.push_back(scored.fitted[w]), floor.push_back(scored.floor[w]);
+          if (w < scored.phases.size()) {
+            for (size_t p = 0; p < phases.size(); ++p) {
+              phases[p].insert(phases[p].end(), scored.phases[w][p].begin(), scored.phases[w][p].end());
+            }
+          }
+        }
+        if (fitted.empty()) {
+          if (log.windows > 0) {
+            answer.unpredictable.push_back(
+                fmt::format("{}: the noise of its first states grows beyond {:g} degrees", log.log, kUnpredictable));
+          }
+          continue;
+        }
+        log.untuned = figures_of(mean_error(untuned), windows_), log.fitted = figures_of(mean_error(fitted), windows_);
+        log.floor = figures_of(mean_error(floor), windows_);
+        if (!scored.fitted_short.empty()) {
+          log.untuned_short = figures_of(mean_error(scored.untuned_short), windows_);
+          log.fitted_short = figures_of(mean_error(scored.fitted_short), windows_);
+        }
+        result.logs.push_back(std::move(log));
+      }
+      if (windows_.whole()) {
+        constexpr std::array<const char*, 3> kNames = {"before the first impact", "at the first impact", "after it"};
+        for (size_t p = 0; p < phases.size(); ++p) {
+          if (!phases[p].empty()) result.phases.push_back({kNames[p], figures_of(mean_error(phases[p]), windows_)});
+        }
+      }
+      const Candidate candidate = candidate_of(question_.model, result.parameters, result.fit.values);
+      result.changes = change_texts(candidate.changes);
+      result.settings = candidate.settings;
+      if (result.logs.empty()) {
+        result.failure = "no held-out window can be predicted from its first state";
+        continue;
+      }
+      std::vector<double> fitted, untuned;
+      for (const LogResult& log : result.logs) fitted.push_back(log.fitted.score()), untuned.push_back(log.untuned.score());
+      result.score = bootstrap_mean(fitted, question_.config.seed);
+      result.untuned_score = bootstrap_mean(untuned, question_.config.seed);
+      warn(result);
+    }
+    std::ranges::sort(answer.unpredictable);
+    answer.unpredictable.erase(std::ranges::unique(answer.unpredictable).begin(), answer.unpredictable.end());
+    std::vector<ContenderResult> results;
+    for (Raw& raw : raws) results.push_back(std::move(raw.result));
+    std::ranges::stable_sort(results, {}, [](const ContenderResult& r) {
+      return std::pair(!r.failure.empty(), r.failure.empty() ? r.score.value : 0.0);
+    });
+    for (ContenderResult& result : results) {
+      if (!result.failure.empty()) continue;
+      const ContenderResult& best = results.front();
+      std::vector<double> differences;
+      for (const LogResult& log : result.logs) {
+        const auto other = std::ranges::find(best.logs, log.log, &LogResult::log);
+        if (other != best.logs.end()) differences.push_back(log.fitted.score() - other->fitted.score());
+      }
+      if (differences.empty()) continue;
+      result.behind_best = bootstrap_mean(differences, question_.config.seed);
+      result.as_good_as_best = &result == &best || result.behind_best->low <= 0;
+    }
+    odd_logs(results, answer);
+    answer.contenders = std::move(results);
+  }
+
+  static void warn(ContenderResult& result) {
+    for (const std::string& name : result.fit.at_bound) {
+      result.warnings.push_back(
+          fmt::format("'{}' has ended at its bound: widen it with [fit] \"{}\" = [lower, upper], or keep the model's value "
+                      "with = false",
+                      name, name));
+    }
+    if (result.score.value > result.untuned_score.value) {
+      result.warnings.push_back(
+          fmt::format("the fit is worse on held-out logs ({:.3g}) than the model as it is ({:.3g}): do not use it",
+                      result.score.value, result.untuned_score.value));
+    }
+    int failed = 0;
+    for (const LogResult& log : result.logs) failed += log.failed;
+    if (failed > 0) {
+      result.warnings.push_back(fmt::format("{} of its held-out windows end early with the fitted parameters", failed));
+    }
+  }
+
+  // Logs that even the contender that explains them best does not explain as the others.
+  static void odd_logs(const std::vector<ContenderResult>& results, MatchAnswer& answer) {
+    std::map<std::string, double> least;
+    for (const ContenderResult& result : results) {
+      for (const LogResult& log : result.logs) {
+        const auto [at, fresh] = least.try_emplace(log.log, log.fitted.score());
+        if (!fresh) at->second = std::min(at->second, log.fitted.score());
+      }
+    }
+    if (least.size() < 3) return;
+    std::vector<double> scores;
+    for (const auto& [log, score] : least) scores.push_back(score);
+    const double usual = median(scores);
+    for (const auto& [log, score] : least) {
+      if (score > kOdd * usual) {
+        answer.odd_logs.push_back(
+            fmt::format("{}: {:.3g} at best, {:.1f} times the median of the logs ({:.3g})", log, score, score / usual, usual));
+      }
+    }
+  }
+
+  const MatchQuestion& question_;
+  const std::function<void(const std::string&)>& progress_;
+  Windows windows_;
+  std::vector<Fold> folds_;
+  MotionScales scales_;
+  Interrupts interrupts_;
+  int budget_ = 0, done_ = 0, told_ = 0;
+  size_t done_contenders_ = 0;
+  std::string current_;
+  std::chrono::steady_clock::time_point began_;
+};
+
+}  // namespace
+
+double ErrorFigures::score() const {
+  double sum = joints_deg.value_or(0);
+  if (position_percent) sum += 0.5 * (*position_percent + rotation_deg.value_or(0));
+  return sum;
+}
+
+ErrorFigures figures_of(const WindowError& error, const Windows& windows) {
+  ErrorFigures figures;
+  const bool joints = std::ranges::any_of(windows.all(), [](const Window& w) { return !w.joints.empty(); });
+  if (joints) figures.joints_deg = error.joints;
+  if (!windows.bodies().empty()) figures.position_percent = error.position, figures.rotation_deg = error.rotation;
+  return figures;
+}
+
+MatchAnswer match(const MatchQuestion& question, const std::function<void(const std::string&)>& progress) {
+  Optimiser::require_environment();
+  if (question.logs.size() > 1) return Matcher(question, progress).match();
+  // one log: its last third judges
+  MatchQuestion split = question;
+  const MeasuredLog& log = question.logs.front();
+  if (!question.config.whole_motions.value_or(!question.model.contacts.empty())) {
+    const double share = std::clamp(question.config.held_out_share, 0.1, 0.9);
+    const double cut = log.time.front() + (1 - share) * (log.time.back() - log.time.front());
+    const auto at = static_cast<size_t>(std::ranges::lower_bound(log.time, cut) - log.time.begin());
+    split.logs = {part_of(log, 0, at, " (first part)"), part_of(log, at, log.samples(), " (last part)")};
+    split.config.held_out = {"* (last part)"};
+    split.config.leave_one_out = false;
+    for (const SpoiledSpan& spoiled : question.check.spoiled) {
+      if (spoiled.span.to > cut) split.check.spoiled.push_back({1, spoiled.span, spoiled.reason});
+    }
+    split.warnings.push_back(fmt::format(
+        "there is one log, '{}': its last {:.0f} % judge what was fitted to the rest, which tells less than another log",
+        log.name, 100 * share));
+    return Matcher(split, progress).match();
+  }
+  throw InputError(fmt::format("there is one motion, '{}', and a fit has to be judged by another one: give more logs", log.name));
+}
+
+std::vector<std::string> write_fitted_models(const MatchQuestion& question, const MatchAnswer& answer,
+                                             const std::string& folder) {
+  std::vector<std::string> notes;
+  for (const ContenderResult& result : answer.contenders) {
+    if (!result.failure.empty()) continue;
+    make_own_folder(folder);
+    const Model fitted = changed_model(question.model, parse_changes(result.changes));
+    try {
+      write_file((fs::path(folder) / (result.contender + ".xml")).string(), model_mjcf(fitted));
+    } catch (const InputError& error) {
+      notes.push_back(error.what());
+    }
+  }
+  return notes;
+}
+
+}  // namespace assay::match

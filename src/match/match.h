@@ -1,0 +1,95 @@
+// Which contender, with which parameters, moves as a robot was measured to: each is fitted to the same logs with the
+// same effort and judged by logs that it has not seen. docs/reality.md has the definitions.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "match/fit.h"
+#include "match/log_check.h"
+#include "measures/statistics.h"
+#include "results/answer.h"
+
+namespace assay::match {
+
+struct MatchQuestion {
+  ModelSpec spec;
+  Model model;
+  std::vector<MeasuredLog> logs;
+  MatchConfig config;
+  LogCheck check;
+  std::vector<std::string> contenders;
+  double timestep_ms = 1;
+  int jobs = 1;
+  int budget = 0;  // candidates of one fit; 0: by the kind of motion
+  std::string out;
+  std::vector<std::string> warnings = {};  // of the question itself
+};
+
+// An error in the unit of what was measured; nothing for what was not.
+struct ErrorFigures {
+  std::optional<double> joints_deg, position_percent, rotation_deg;
+
+  // By which contenders are ranked: the joints' error in degrees, or the mean of a free body's two.
+  double score() const;
+};
+ErrorFigures figures_of(const WindowError& error, const Windows& windows);
+
+// One held-out log, as one contender explains it.
+struct LogResult {
+  std::string log;
+  ErrorFigures untuned, fitted;              // over the windows that are reported
+  ErrorFigures untuned_short, fitted_short;  // over those that fits are made of
+  ErrorFigures floor;                        // what the noise of the first states makes of it
+  int windows = 0, unpredictable = 0, failed = 0;
+};
+
+struct Phase {
+  std::string name;  // "before the first impact", "at it" (50 ms), "after it"
+  ErrorFigures fitted;
+};
+
+struct ContenderResult {
+  std::string contender;
+  std::string failure;  // why there is no fit; "" where there is
+  std::vector<Parameter> parameters;
+  Fit fit;                  // to the training logs; with leave_one_out to all of them
+  std::vector<LogResult> logs;  // held out
+  std::vector<Phase> phases;
+  Interval score, untuned_score;  // means over logs, bootstrap
+  bool as_good_as_best = false;
+  std::optional<Interval> behind_best;  // score difference to the best one, paired
+  std::vector<std::string> changes;     // of the fitted model
+  std::map<std::string, std::string> settings;
+  std::vector<std::string> warnings;
+  double engine_s = 0;
+  int evaluations = 0;
+};
+
+struct MatchAnswer {
+  std::vector<ContenderResult> contenders;  // best first, failed ones last
+  std::vector<std::string> training, held_out;
+  std::vector<std::string> unpredictable;  // logs whose windows are all left out, in words
+  std::vector<std::string> odd_logs;       // that no contender explains though the others are
+  std::vector<std::string> warnings;
+  bool whole = false, leave_one_out = false;
+};
+
+// `progress` gets sentences. Throws InputError, SystemError (interrupted, a full disk).
+MatchAnswer match(const MatchQuestion& question, const std::function<void(const std::string&)>& progress);
+
+// The model with what was fitted, as CONTENDER.xml in `folder`, for each contender with a fit. Returns a sentence for each
+// that MJCF cannot hold. Throws SystemError.
+std::vector<std::string> write_fitted_models(const MatchQuestion& question, const MatchAnswer& answer,
+                                             const std::string& folder);
+
+nlohmann::ordered_json match_json(const MatchQuestion& question, const MatchAnswer& answer);
+// For people.
+Answer match_text(const MatchQuestion& question, const MatchAnswer& answer);
+
+}  // namespace assay::match

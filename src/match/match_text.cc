@@ -1,0 +1,212 @@
+// The answer as JSON and in words.
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "base/text.h"
+#include "match/match.h"
+
+namespace assay::match {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json number(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+
+Json json_of(const ErrorFigures& figures) {
+  Json json = Json::object();
+  if (figures.joints_deg) json["joints_deg"] = *figures.joints_deg;
+  if (figures.position_percent) json["position_percent"] = *figures.position_percent;
+  if (figures.rotation_deg) json["rotation_deg"] = *figures.rotation_deg;
+  return json;
+}
+
+Json json_of(const Interval& interval) {
+  return {{"value", interval.value}, {"low", interval.low}, {"high", interval.high}};
+}
+
+// The mean over logs.
+ErrorFigures mean_of(const std::vector<LogResult>& logs, ErrorFigures LogResult::* which) {
+  ErrorFigures mean;
+  const auto add = [&](std::optional<double> ErrorFigures::* member) {
+    double sum = 0;
+    size_t count = 0;
+    for (const LogResult& log : logs) {
+      if (const auto& value = (log.*which).*member) sum += *value, ++count;
+    }
+    if (count > 0) mean.*member = sum / static_cast<double>(count);
+  };
+  add(&ErrorFigures::joints_deg), add(&ErrorFigures::position_percent), add(&ErrorFigures::rotation_deg);
+  return mean;
+}
+
+std::string text_of(const ErrorFigures& figures) {
+  std::vector<std::string> parts;
+  if (figures.joints_deg) parts.push_back(fmt::format("{:.2f} deg", *figures.joints_deg));
+  if (figures.position_percent) parts.push_back(fmt::format("{:.1f} %", *figures.position_percent));
+  if (figures.rotation_deg) parts.push_back(fmt::format("{:.1f} deg", *figures.rotation_deg));
+  return parts.empty() ? "-" : join(parts, " / ");
+}
+
+// What became of each parameter: its value and interval, or why there is none.
+struct Verdict {
+  std::string status;  // "fitted", "at its bound", "not identified"
+  std::string with;    // the combination that was not identified
+};
+Verdict verdict_of(const ContenderResult& result, size_t index) {
+  const std::string& name = result.parameters[index].name;
+  for (const Combination& each : result.fit.combinations) {
+    if (each.frozen != name) continue;
+    return {"not identified", join(each.members, " x ")};
+  }
+  const auto& bound = result.fit.at_bound;
+  return {std::ranges::find(bound, name) != bound.end() ? "at its bound" : "fitted", ""};
+}
+
+}  // namespace
+
+Json match_json(const MatchQuestion& question, const MatchAnswer& answer) {
+  Json json;
+  json["model"] = question.model.name;
+  json["model_hash"] = question.spec.hash;
+  json["timestep_ms"] = question.timestep_ms;
+  json["seed"] = question.config.seed;
+  json["windows"] = answer.whole ? Json("whole motions")
+                                 : Json{{"fit_s", question.config.fit_window_s}, {"report_s", question.config.report_window_s}};
+  json["held_out_by"] = answer.leave_one_out ? "leaving one out" : "logs";
+  json["training"] = answer.training;
+  json["held_out"] = answer.held_out;
+  json["contenders"] = Json::array();
+  for (const ContenderResult& result : answer.contenders) {
+    Json one;
+    one["contender"] = result.contender;
+    one["failure"] = result.failure.empty() ? Json() : Json(result.failure);
+    one["warnings"] = result.warnings;
+    if (result.failure.empty()) {
+      one["score"] = json_of(result.score);
+      one["untuned_score"] = json_of(result.untuned_score);
+      one["as_good_as_best"] = result.as_good_as_best;
+      one["behind_best"] = result.behind_best ? json_of(*result.behind_best) : Json();
+      one["held_out"] = json_of(mean_of(result.logs, &LogResult::fitted));
+      one["untuned"] = json_of(mean_of(result.logs, &LogResult::untuned));
+      one["floor"] = json_of(mean_of(result.logs, &LogResult::floor));
+      if (!answer.whole) {
+        one["held_out_short"] = json_of(mean_of(result.logs, &LogResult::fitted_short));
+        one["untuned_short"] = json_of(mean_of(result.logs, &LogResult::untuned_short));
+      }
+      one["parameters"] = Json::array();
+      for (size_t k = 0; k < result.parameters.size(); ++k) {
+        const Parameter& p = result.parameters[k];
+        const Verdict verdict = verdict_of(result, k);
+        one["parameters"].push_back({{"name", p.name},
+                                     {"unit", p.unit},
+                                     {"status", verdict.status},
+                                     {"value", result.fit.values[k]},
+                                     {"low", number(result.fit.low[k])},
+                                     {"high", number(result.fit.high[k])},
+                                     {"model", p.nominal},
+                                     {"lower_bound", p.lower},
+                                     {"upper_bound", p.upper},
+                                     {"with", verdict.with}});
+      }
+      const Json fit = fit_json(result.fit);
+      one["not_identified"] = fit.at("combinations");
+      one["starts"] = fit.at("starts");
+      one["changes"] = result.changes;
+      one["settings"] = result.settings;
+      one["phases"] = Json::array();
+      for (const Phase& phase : result.phases) {
+        Json each = json_of(phase.fitted);
+        each["phase"] = phase.name;
+        one["phases"].push_back(each);
+      }
+      one["logs"] = Json::array();
+      for (const LogResult& log : result.logs) {
+        one["logs"].push_back({{"log", log.log},
+                               {"windows", log.windows},
+                               {"unpredictable", log.unpredictable},
+                               {"failed", log.failed},
+                               {"held_out", json_of(log.fitted)},
+                               {"untuned", json_of(log.untuned)},
+                               {"floor", json_of(log.floor)},
+                               {"held_out_short", json_of(log.fitted_short)},
+                               {"untuned_short", json_of(log.untuned_short)}});
+      }
+      one["evaluations"] = result.evaluations;
+    }
+    json["contenders"].push_back(one);
+  }
+  json["unpredictable"] = answer.unpredictable;
+  json["odd_logs"] = answer.odd_logs;
+  json["warnings"] = answer.warnings;
+  return json;
+}
+
+Answer match_text(const MatchQuestion& question, const MatchAnswer& answer) {
+  Answer text;
+  text.part(fmt::format("{}: which contender moves as measured", question.model.name));
+  text.line(fmt::format("{} to fit, {} held out{}; timestep {} ms",
+                        counted(answer.training.size(), "log", "logs"), counted(answer.held_out.size(), "log", "logs"),
+                        answer.leave_one_out ? ", each once" : "", shortest(question.timestep_ms)));
+  for (const std::string& warning : answer.warnings) text.remark("warning", warning);
+  const auto best = answer.contenders.begin();
+  if (best != answer.contenders.end() && best->failure.empty()) {
+    text.line(fmt::format("{} is closest on held-out logs: {}", best->contender,
+                          text_of(mean_of(best->logs, &LogResult::fitted))));
+  }
+  std::vector<std::vector<std::string>> rows;
+  for (const ContenderResult& result : answer.contenders) {
+    if (!result.failure.empty()) continue;
+    std::vector<std::string> row = {result.contender, text_of(mean_of(result.logs, &LogResult::fitted)),
+                                    text_of(mean_of(result.logs, &LogResult::untuned)),
+                                    text_of(mean_of(result.logs, &LogResult::floor)),
+                                    &result == &*best          ? "best"
+                                    : result.as_good_as_best   ? "as good"
+                                                               : fmt::format("+{:.2g}", result.behind_best->value)};
+    if (!answer.whole) row.insert(row.begin() + 2, text_of(mean_of(result.logs, &LogResult::fitted_short)));
+    rows.push_back(std::move(row));
+  }
+  if (!rows.empty()) {
+    std::vector<std::string> columns = {"contender", "held out", "untuned", "floor", "to the best"};
+    if (!answer.whole) {
+      columns[1] = fmt::format("held out, {:g} s", question.config.report_window_s);
+      columns.insert(columns.begin() + 2, fmt::format("{:g} s", question.config.fit_window_s));
+    }
+    text.table(columns, std::move(rows));
+  }
+  for (const ContenderResult& result : answer.contenders) {
+    text.part(result.contender);
+    if (!result.failure.empty()) {
+      text.line("not fitted: " + result.failure);
+      continue;
+    }
+    for (const std::string& warning : result.warnings) text.remark("warning", warning);
+    std::vector<std::vector<std::string>> parameters;
+    for (size_t k = 0; k < result.parameters.size(); ++k) {
+      const Parameter& p = result.parameters[k];
+      const Verdict verdict = verdict_of(result, k);
+      const bool known = result.fit.low[k] && result.fit.high[k];
+      parameters.push_back({p.name, fmt::format("{:.4g}{}{}", result.fit.values[k], p.unit.empty() ? "" : " ", p.unit),
+                            known ? fmt::format("{:.4g} to {:.4g}", *result.fit.low[k], *result.fit.high[k]) : "-",
+                            fmt::format("{:.4g}", p.nominal),
+                            verdict.status + (verdict.with.empty() ? "" : ": " + verdict.with)});
+    }
+    if (!parameters.empty()) {
+      text.table({"parameter", "fitted", "95 %", "model", ""}, std::move(parameters), {3});
+    }
+    for (const Combination& each : result.fit.combinations) {
+      text.line(fmt::format("not identified: {} (95 % spans {:.2g} of the bounds): {} stays as in the model",
+                            join(each.members, " x "), each.interval, each.frozen));
+    }
+    for (const Phase& phase : result.phases) text.fact(phase.name, text_of(phase.fitted));
+  }
+  if (!answer.unpredictable.empty() || !answer.odd_logs.empty()) {
+    text.part("Logs");
+    for (const std::string& log : answer.unpredictable) text.line("not predictable: " + log);
+    for (const std::string& log : answer.odd_logs) text.line("the others do not predict it: " + log);
+  }
+  return text;
+}
+
+}  // namespace assay::match

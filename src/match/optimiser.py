@@ -1,0 +1,292 @@
+# The optimiser of `assay match`, in a process of its own: JSON lines on standard input and output.
+#
+# SciPy's trust-region least squares where the motion is smooth in its parameters, and pycma's CMA-ES where impacts make
+# it rough. Weighed besides: Ceres (no bounds with a robust loss over many residual blocks without C++ types for each
+# model, no evolution strategy), NLopt (BSD and LGPL parts, no least squares, its CMA-like methods are older), pagmo
+# (needs Boost's serialization and TBB, its CMA-ES has no bounds of its own). SciPy and pycma are the references of
+# their methods, are installed as wheels, and cost microseconds beside a simulation of milliseconds.
+#
+# The first line is the task: parameters in coordinates in which 1 is an expected deviation. Then this process asks for
+# residuals of candidates, a batch at a time, and says at last what it has found:
+#   {"ask": [[...], ...]}  ->  {"residuals": [[...], ...]}, of each candidate, in blocks of task["blocks"] numbers
+#   {"ask": ..., "costs": true}  ->  {"costs": [...]}, the mean Huber loss
+#   {"done": {...}}
+import json
+import math
+import sys
+import warnings
+
+import numpy as np
+
+Z95 = 1.959963984540054
+
+
+def say(message):
+    sys.stdout.write(json.dumps(message) + "\n")
+    sys.stdout.flush()
+
+
+class Problem:
+    def __init__(self, task):
+        self.task = task
+        self.lower = np.array(task["lower"], dtype=float)
+        self.upper = np.array(task["upper"], dtype=float)
+        self.width = self.upper - self.lower
+        self.start = np.clip(np.array(task["start"], dtype=float), self.lower, self.upper)
+        self.free = [i for i in range(len(self.start)) if self.width[i] > 0]
+        self.evaluations = 0
+        # of each residual its block, and of each block its cluster
+        self.cluster_of = np.repeat(np.array(task["clusters"], dtype=int), task["blocks"]) if task["blocks"] else np.zeros(0, int)
+
+    def full(self, free_values):
+        x = self.start.copy()
+        x[self.free] = free_values
+        return x
+
+    def ask(self, candidates, costs=False):
+        self.evaluations += len(candidates)
+        message = {"ask": [[float(v) for v in c] for c in candidates]}
+        if costs:
+            message["costs"] = True
+        say(message)
+        line = sys.stdin.readline()
+        if not line:
+            sys.exit(3)
+        answer = json.loads(line)
+        return np.array(answer["costs" if costs else "residuals"], dtype=float)
+
+    def residuals(self, free_values):
+        return self.ask([self.full(free_values)])[0]
+
+    def jacobian(self, free_values, step, central):
+        """Differences towards the inside of the bounds, all in one batch."""
+        lower, upper = self.lower[self.free], self.upper[self.free]
+        candidates, spans = [], []
+        for k in range(len(free_values)):
+            ahead, behind = np.array(free_values), np.array(free_values)
+            ahead[k] = min(free_values[k] + step, upper[k])
+            behind[k] = max(free_values[k] - step, lower[k])
+            if not central:  # one side, the one with more room
+                if ahead[k] - free_values[k] >= free_values[k] - behind[k]:
+                    behind[k] = free_values[k]
+                else:
+                    ahead[k] = free_values[k]
+            candidates += [self.full(ahead), self.full(behind)]
+            spans.append(ahead[k] - behind[k])
+        if central:
+            found = self.ask(candidates)
+        else:
+            middle = self.full(free_values)
+            moved = [c for c in candidates if not np.array_equal(c, middle)]
+            answers = iter(self.ask([middle] + moved))
+            at_middle = next(answers)
+            found = [at_middle if np.array_equal(c, middle) else next(answers) for c in candidates]
+        columns = [(found[2 * k] - found[2 * k + 1]) / spans[k] for k in range(len(spans))]
+        return np.array(columns).T
+
+
+def huber_cost(residuals, delta):
+    size = np.abs(residuals)
+    return float(np.mean(np.where(size <= delta, 0.5 * size * size, delta * (size - 0.5 * delta))))
+
+
+def least_squares_from(problem, start, delta, budget):
+    from scipy.optimize import least_squares
+
+    lower, upper = problem.lower[problem.free], problem.upper[problem.free]
+    inside = np.clip(start, lower + 1e-6 * (upper - lower), upper - 1e-6 * (upper - lower))
+    most = max(3, budget // (len(problem.free) + 2))
+    found = least_squares(
+        problem.residuals,
+        inside,
+        jac=lambda x: problem.jacobian(x, problem.task["step"], False),
+        bounds=(lower, upper),
+        loss="huber",
+        f_scale=delta,
+        xtol=1e-5,
+        ftol=1e-6,
+        gtol=1e-9,
+        max_nfev=most,
+    )
+    return found.x, huber_cost(found.fun, delta)
+
+
+def cma_from(problem, start, seed, budget):
+    with warnings.catch_warnings():  # it draws nothing here
+        warnings.simplefilter("ignore")
+        import cma
+
+    lower, upper = problem.lower[problem.free], problem.upper[problem.free]
+    options = cma.CMAOptions()
+    options.update({
+        "bounds": [list(lower), list(upper)],
+        "seed": seed,
+        "verbose": -9,
+        "maxfevals": budget,
+        "tolfun": 1e-5,
+        "tolx": 1e-4,
+        "CMA_stds": list(np.minimum(1.0, 0.3 * (upper - lower))),
+        "popsize": max(8, 4 + int(3 * math.log(max(2, len(start))))),
+    })
+    run = cma.CMAEvolutionStrategy(list(np.clip(start, lower, upper)), 0.7, options)
+    best, best_cost = None, math.inf
+    spent = 0
+    while not run.stop() and spent < budget:
+        candidates = run.ask()
+        costs = problem.ask([problem.full(np.clip(c, lower, upper)) for c in candidates], costs=True)
+        spent += len(candidates)
+        run.tell(candidates, list(costs))
+        if costs.min() < best_cost:
+            best_cost = float(costs.min())
+            best = np.clip(np.array(candidates[int(costs.argmin())]), lower, upper)
+    # the mean of the distribution is the better estimate where the cost is rough
+    middle = np.clip(np.array(run.result.xfavorite), lower, upper)
+    cost = float(problem.ask([problem.full(middle)], costs=True)[0])
+    return (middle, cost) if cost <= best_cost else (best, best_cost)
+
+
+def search(problem, budget):
+    """From several starts, the best first: [(values of the free parameters, cost)]."""
+    task = problem.task
+    starts = task["starts"]
+    found = []
+    for k in range(starts):
+        rng = np.random.default_rng([task["seed"], k])
+        spread = 0.0 if k == 0 else 1.0
+        start = problem.start[problem.free] + spread * rng.standard_normal(len(problem.free))
+        start = np.clip(start, problem.lower[problem.free], problem.upper[problem.free])
+        if task["method"] == "cma":
+            found.append(cma_from(problem, start, task["seed"] * 1000 + k + 1, budget // starts))
+        else:
+            found.append(least_squares_from(problem, start, task["delta"], budget // starts))
+    return sorted(found, key=lambda each: each[1])
+
+
+class Information:
+    """What the data say of the free parameters about a solution, by clusters of residuals that belong together."""
+
+    def __init__(self, problem, solution, delta):
+        self.problem = problem
+        jacobian = problem.jacobian(solution, problem.task["information_step"], True)
+        residuals = problem.residuals(solution)
+        weights = np.minimum(1.0, delta / np.maximum(np.abs(residuals), 1e-300))
+        width = problem.width[problem.free]
+        scaled = jacobian * width  # 1 is the width of the bounds
+        names = np.unique(problem.cluster_of)
+        self.curvatures, self.slopes = [], []
+        for name in names:
+            own = problem.cluster_of == name
+            weighted = scaled[own] * weights[own, None]
+            self.curvatures.append(weighted.T @ scaled[own])
+            self.slopes.append(weighted.T @ residuals[own])
+        self.curvatures, self.slopes = np.array(self.curvatures), np.array(self.slopes)
+        self.curvature = self.curvatures.sum(axis=0)
+        self.variance = float(np.sum(weights * residuals**2) / max(1, len(residuals) - len(solution)))
+        # at a bound only the way inside is open, and it does not vary
+        lower, upper = problem.lower[problem.free], problem.upper[problem.free]
+        margin = 1e-3 * width
+        self.at_bound = (solution < lower + margin) | (solution > upper - margin)
+
+    def prior(self):
+        """Curvature that stands for the bounds: an even distribution between them."""
+        return max(self.variance, 1e-30) * 12.0 * np.eye(len(self.curvature))
+
+    def weakest(self, widest):
+        """The direction that the data determine least, where its interval is wider than `widest` of the bounds."""
+        values, vectors = np.linalg.eigh(self.curvature)
+        values = np.maximum(values, 1e-13 * max(values.max(), 1e-30))
+        count = len(self.slopes)
+        slopes = (self.slopes - self.slopes.mean(axis=0)) @ vectors
+        # over clusters, and as if all residuals were independent: few clusters may agree by chance
+        clusters = np.sqrt(np.sum(slopes**2, axis=0) * (count / max(1, count - 1))) / values
+        independent = np.sqrt(self.variance / values)
+        intervals = np.minimum(2 * Z95 * np.maximum(clusters, independent), 1e6)
+        worst = int(np.argmax(intervals))
+        return (vectors[:, worst], float(intervals[worst])) if intervals[worst] > widest else None
+
+    def bootstrap(self, resamples, seed):
+        """Solutions of resampled clusters by one Newton step each, in widths of the bounds."""
+        rng = np.random.default_rng([seed, 77])
+        count = len(self.slopes)
+        prior = self.prior()
+        steps = []
+        for _ in range(resamples):
+            times = np.bincount(rng.integers(0, count, count), minlength=count)
+            curvature = np.tensordot(times, self.curvatures, axes=1) + prior
+            slope = np.tensordot(times, self.slopes, axes=1)
+            steps.append(-np.linalg.solve(curvature, slope))
+        return np.array(steps) * math.sqrt(count / max(1, count - 1))
+
+
+def fit(task):
+    problem = Problem(task)
+    names = task["names"]
+    budget = task["budget"]
+    delta = task["delta"]
+    combinations = []
+    spread = []
+    if not problem.free:
+        say({"done": {"values": list(map(float, problem.start)), "low": [None] * len(names), "high": [None] * len(names),
+                      "cost": None, "evaluations": 0, "combinations": [], "starts": [], "at_bound": []}})
+        return
+    while True:
+        found = search(problem, budget)
+        solution = found[0][0]
+        if not spread:
+            spread = [[float(v) for v in problem.full(x)] + [float(c)] for x, c in found]
+        information = Information(problem, solution, delta)
+        weak = information.weakest(task["widest"])
+        if weak is None or len(problem.free) == 1 and combinations:
+            break
+        direction, interval = weak
+        size = np.abs(direction)
+        members = [i for i in np.argsort(-size) if size[i] >= 0.3 * size.max()]
+        combinations.append({
+            "members": [names[problem.free[i]] for i in members],
+            "weights": [float(direction[i]) for i in members],
+            "interval": float(interval),
+            "frozen": names[problem.free[members[0]]],
+        })
+        problem.width[problem.free[members[0]]] = 0
+        problem.free.pop(members[0])
+        if not problem.free:
+            solution, information = np.zeros(0), None
+            break
+        # the others start where they are
+        keep = [i for i in range(len(solution)) if i != members[0]]
+        problem.start[problem.free] = solution[keep]
+        budget = max(budget // 2, 20 * len(problem.free))
+    low, high = [None] * len(names), [None] * len(names)
+    at_bound = []
+    values = problem.full(solution)
+    if information is not None:
+        steps = information.bootstrap(task["resamples"], task["seed"])
+        width = problem.width[problem.free]
+        best_cost = found[0][1]
+        for k, i in enumerate(problem.free):
+            bottom, top = np.quantile(steps[:, k], [0.025, 0.975]) * width[k] + solution[k]
+            # starts that end equally well elsewhere say what one optimum does not
+            for x, cost in found:
+                if cost <= best_cost * (1 + task["equal"]):
+                    bottom, top = min(bottom, x[k]), max(top, x[k])
+            low[i] = float(np.clip(bottom, problem.lower[i], problem.upper[i]))
+            high[i] = float(np.clip(top, problem.lower[i], problem.upper[i]))
+            if information.at_bound[k]:
+                at_bound.append(names[i])
+    say({"done": {
+        "values": [float(v) for v in values],
+        "low": low,
+        "high": high,
+        "cost": float(found[0][1]),
+        "evaluations": problem.evaluations,
+        "combinations": combinations,
+        "starts": spread,
+        "at_bound": at_bound,
+    }})
+
+
+def main():
+    fit(json.loads(sys.stdin.readline()))
+
+
+main()

@@ -1,0 +1,172 @@
+"""`assay match`: parameters that are known are found, those that the logs do not determine are named, a killed fit goes on to the
+same result, and what cannot be used is refused."""
+
+import json
+import math
+import os
+import pathlib
+import random
+import time
+
+from harness import AssayTest, main
+
+CACHE = os.environ.get("ASSAY_TEST_CACHE", os.path.expanduser("~/.cache/assay"))  # of the machine, not the test's
+
+PENDULUM = """<mujoco model="pendulum">
+  <worldbody>
+    <body name="link" pos="0 0 1">
+      <joint name="hinge" axis="0 1 0" damping="{damping}"/>
+      <inertial pos="0 0 -0.4" mass="{mass}" diaginertia="0.01 0.01 0.001"/>
+      <geom type="capsule" fromto="0 0 0 0 0 -0.5" size="0.01" contype="0" conaffinity="0"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+CENTRE, INERTIA, GRAVITY = 0.4, 0.01, 9.81
+
+CUBE = """<mujoco model="cube">
+  <worldbody>
+    <geom name="table" type="plane" size="2 2 0.1" friction="{friction} 0 0"/>
+    <body name="cube" pos="0 0 {height}" quat="{quat}">
+      <freejoint/>
+      <geom type="box" size="0.05 0.05 0.05" mass="0.4" friction="{friction} 0 0"/>
+    </body>
+  </worldbody>
+  <keyframe><key qpos="0 0 {height} {quat}" qvel="{velocity}"/></keyframe>
+</mujoco>
+"""
+
+
+def swing(damping, mass, seconds, push, noise, seed, rate=200):
+    """Position and torque of a driven pendulum by Runge-Kutta 4 of its equation: no engine takes part."""
+    inertia = INERTIA + mass * CENTRE * CENTRE
+    torque = lambda t: push * math.sin(2.7 * t) + 0.3 * push * math.sin(7.1 * t + seed)
+    def slope(t, q, v):
+        return v, (torque(t) - damping * v - mass * GRAVITY * CENTRE * math.sin(q)) / inertia
+    rng = random.Random(seed)
+    rows, q, v, h = [], 0.4 * math.cos(seed), 0.0, 1.0 / rate / 4
+    for i in range(int(seconds * rate) + 1):
+        t = i / rate
+        rows.append((t, q + rng.gauss(0, noise), torque(t)))
+        for k in range(4):
+            s = t + k * h
+            a = slope(s, q, v)
+            b = slope(s + h / 2, q + h / 2 * a[0], v + h / 2 * a[1])
+            c = slope(s + h / 2, q + h / 2 * b[0], v + h / 2 * b[1])
+            d = slope(s + h, q + h * c[0], v + h * c[1])
+            q += h / 6 * (a[0] + 2 * b[0] + 2 * c[0] + d[0])
+            v += h / 6 * (a[1] + 2 * b[1] + 2 * c[1] + d[1])
+    return rows
+
+
+class Match(AssayTest):
+    def setUp(self):
+        super().setUp()
+        environments = pathlib.Path(CACHE, "python")
+        if not any(environments.glob("match-*/bin/python")):
+            self.skipTest("the optimiser is not set up: ./assay setup match")
+        (self.dir / "cache/assay").mkdir(parents=True, exist_ok=True)
+        (self.dir / "cache/assay/python").symlink_to(environments)
+
+    def swings(self, damping=0.06, mass=0.5, noise=2e-4, count=3):
+        names = []
+        for seed in range(1, count + 1):
+            rows = swing(damping, mass, 4, 1.2, noise, seed)
+            names.append(f"swing{seed}.csv")
+            self.write(names[-1], "time,hinge,hinge.torque\n" + "".join(f"{t:.6f},{q:.7f},{u:.7f}\n" for t, q, u in rows))
+        return names
+
+    def matched(self, *arguments, out="matched"):
+        return self.assay_json("match", *arguments, "--out", out, "--json")
+
+    def parameter(self, contender, name):
+        return next(p for p in contender["parameters"] if p["name"] == name)
+
+    def test_known_truth_of_a_pendulum(self):
+        self.write("pendulum.xml", PENDULUM.format(damping=0.02, mass=0.4))
+        logs = self.swings()
+        names = [name for name in ("mujoco-rk4", "ode-step") if name in self.contenders()]
+        found = self.matched("pendulum.xml", "--log", *logs, "--contenders", ",".join(names), "--fit", "damping", "--fit", "mass")
+        for contender in found["contenders"]:
+            with self.subTest(contender=contender["contender"]):
+                self.assertIsNone(contender["failure"])
+                for name, truth in (("damping:hinge", 0.06), ("mass:link", 0.5)):
+                    p = self.parameter(contender, name)
+                    self.assertEqual(p["status"], "fitted")
+                    self.assertLess(abs(p["value"] - truth), 0.05 * truth, p)
+                    self.assertLess(p["low"], p["high"])
+                self.assertLess(contender["held_out"]["joints_deg"], 0.3 * contender["untuned"]["joints_deg"])
+        # the model that was fitted is one that assay reads
+        fitted = self.assay_json("check", f"matched/models/{names[0]}.xml", "--json")
+        self.assertTrue(fitted)
+
+    def test_what_logs_do_not_determine_is_named(self):
+        # all torques scale with mass, gear and damping: without gravity's own scale nothing tells them apart
+        self.write("pendulum.xml", PENDULUM.format(damping=0.06, mass=0.5).replace("<worldbody>", '<option gravity="0 0 0"/><worldbody>'))
+        names = []
+        for seed in (1, 2, 3):
+            rows, q, v = [], 0.0, 0.0
+            inertia = INERTIA + 0.5 * CENTRE * CENTRE
+            for i in range(801):
+                t = i / 200
+                u = 0.3 * math.sin(3 * t + seed)
+                rows.append(f"{t:.6f},{q:.7f},{u:.7f}\n")
+                for _ in range(10):
+                    v += (u - 0.06 * v) / inertia / 2000
+                    q += v / 2000
+            names.append(f"spin{seed}.csv")
+            self.write(names[-1], "time,hinge,hinge.torque\n" + "".join(rows))
+        found = self.matched("pendulum.xml", "--log", *names, "--contenders", "mujoco-euler",
+                             "--fit", "damping", "--fit", "mass", "--fit", "gear")
+        contender = found["contenders"][0]
+        self.assertEqual(len(contender["not_identified"]), 1, contender["not_identified"])
+        self.assertIn("gear:hinge", contender["not_identified"][0]["members"])
+
+    def test_the_same_seed_gives_the_same_answer_and_a_kill_loses_nothing(self):
+        self.write("pendulum.xml", PENDULUM.format(damping=0.02, mass=0.4))
+        arguments = ["pendulum.xml", "--log", *self.swings(count=2), "--contenders", "mujoco-euler,mujoco-rk4", "--fit", "damping"]
+        once = self.matched(*arguments, out="once")
+        running = self.start_assay("match", *arguments, "--out", "killed")
+        first = self.dir / "killed/contenders/mujoco-euler.json"
+        while running.poll() is None and not first.exists():
+            time.sleep(0.02)
+        running.kill()
+        running.communicate()
+        again = self.matched(*arguments, out="killed")
+        self.assertEqual(json.dumps(once), json.dumps(again))
+
+    def test_friction_of_a_tossed_box(self):
+        logs = []
+        throws = [("1 0.2 0.1 0", "0.8 0 0.2 1 2 0.5"), ("0.9 0.1 -0.3 0.2", "-0.6 0.3 0.1 2 -1 1"), ("0.8 -0.3 0.2 0.1", "0.7 -0.5 0.3 -2 1 2")]
+        for i, (quat, velocity) in enumerate(throws):
+            self.write(f"throw{i}.xml", CUBE.format(friction=0.35, height=0.2, quat=quat, velocity=velocity))
+            self.assay("simulate", f"throw{i}.xml", "--engine", "mujoco-euler", "--timestep", "1", "--duration", "0.6",
+                       "--sample", "5", "--out", f"run{i}.csv")
+            lines = (self.dir / f"run{i}.csv").read_text().splitlines()
+            columns = lines[0].split(",")
+            keep = [columns.index(c) for c in ("time", "x", "y", "z", "qw", "qx", "qy", "qz")]
+            rows = [",".join(line.split(",")[k] for k in keep) for line in lines[1:]]
+            self.write(f"toss{i}.csv", "time,cube.x,cube.y,cube.z,cube.qw,cube.qx,cube.qy,cube.qz\n" + "\n".join(rows) + "\n")
+            logs.append(f"toss{i}.csv")
+        self.write("cube.xml", CUBE.format(friction=0.25, height=0.2, quat="1 0 0 0", velocity="0 0 0 0 0 0"))
+        found = self.matched("cube.xml", "--log", *logs, "--contenders", "mujoco-euler", "--fit", "friction", "--budget", "60")
+        contender = found["contenders"][0]
+        self.assertIsNone(contender["failure"])
+        self.assertLess(abs(self.parameter(contender, "friction")["value"] - 0.35), 0.05 * 0.35)
+        self.assertLess(contender["held_out"]["position_percent"], 2)
+
+    def test_what_cannot_be_fitted_is_refused(self):
+        self.write("pendulum.xml", PENDULUM.format(damping=0.02, mass=0.4))
+        log = self.swings(count=1)[0]
+        for arguments, words in [
+            (["--fit", "dampin"], ["dampin", "damping"]),
+            (["--fit", "damping:hing"], ["hing", "hinge"]),
+            (["--fit", "damping=1,0"], ["damping"]),
+            (["--contenders", "mujoco-eulr"], ["mujoco-eulr"]),
+        ]:
+            with self.subTest(arguments=arguments):
+                self.refused("match", "pendulum.xml", "--log", log, "--out", "out", *arguments, naming=words)
+
+
+if __name__ == "__main__":
+    main()
