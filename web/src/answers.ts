@@ -1,9 +1,9 @@
 // A tile for each system: what it looks like, its speed and accuracy in little, and which contender answers the reader's
 // question.
 import { limitText } from "./answer";
-import { valueInfo, type Report, type SystemView } from "./data";
+import { valueInfo, type Report, type SystemView, type Worst } from "./data";
 import { clear, el, type Child } from "./dom";
-import { realtime, timestep } from "./format";
+import { belowFloor, floorText, realtime, timestep } from "./format";
 import { kTwin } from "./grades";
 import type { Palette } from "./palette";
 import { reach } from "./places";
@@ -13,7 +13,13 @@ import { smallPlot } from "./plots/small";
 import { state } from "./state";
 import { wishes } from "./wishes";
 
-const kPlot = { width: 278, height: 150 };
+const kPlot = { width: 286, height: 150 };
+
+// As the program says it, but of what is below the resolution of its value only that it is.
+export function worstText(name: string, { value, text }: Worst): string {
+  const { unit } = valueInfo(name);
+  return belowFloor(value, unit) ? floorText(unit) : text;
+}
 
 // What nearly answers, where nothing does.
 function nearest(view: SystemView): string {
@@ -41,7 +47,7 @@ export function shortAnswer(view: SystemView, palette: Palette): Child[] {
     state.setShown([contender], true);
     state.choose({ system: view.system, contender, timestep: step });
   });
-  const errors = Object.keys(best.worst).filter((name) => name === view.json.main).map((name) => `${valueInfo(name).short} ${best.worst[name]!.text}`);
+  const errors = Object.keys(best.worst).filter((name) => name === view.json.main).map((name) => `${valueInfo(name).short} ${worstText(name, best.worst[name]!)}`);
   const alike = found.alike.length > 0 ? [`${found.alike.length} more not told apart`] : [];
   return [button, el("span", { class: "figures" }, [`${best.speed.timed ? "" : "about "}${best.candidate.realtime} real time`, ...errors, ...alike].join(", "))];
 }

@@ -11,10 +11,12 @@ const kWide = 9; // columns from which on there is room for letters alone
 
 const style = (grade: string) => `grade grade-${grade === "–" ? "none" : grade.toLowerCase()}`;
 
+const words: Record<Mark["grade"], string> = { A: "Near the fastest within your limits", B: "Within your limits", C: "Within your limits", D: "Beyond a limit", F: "No sound run", "–": "Not measured" };
+
 function follow(mark: Mark): void {
   if (mark.point) state.setShown([mark.point.contender], true);
   reach(mark.place);
-  if (mark.point) state.choose(mark.point);
+  if (mark.point) state.choose({ ...mark.point, why: `${words[mark.grade]}: ${mark.why}.` });
 }
 
 export function engineGrid(report: Report): HTMLElement | null {

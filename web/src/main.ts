@@ -84,7 +84,7 @@ function folded(id: string, title: string, note: string, text: string): HTMLElem
 function dateline(report: Report): string {
   const date = (report.manifest("finished") ?? report.manifest("started"))?.slice(0, 10);
   const version = report.manifest("assay_version");
-  return [date, report.manifest("cpu_model") ?? report.manifest("cpu"), version && `assay ${version}`].filter(Boolean).join(" · ");
+  return [date, report.manifest("cpu"), version && `assay ${version}`].filter(Boolean).join(" · ");
 }
 
 const kOnePage = 12; // systems; of more each has a page of its own
@@ -100,7 +100,7 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
   const answered = report.json.answer ?? [];
   masthead.append(
     el("div", { class: "title" }, el("p", { class: "wordmark" }, "assay"), el("h1", {}, report.manifest("campaign_title") || "Physics engines, side by side")),
-    el("p", { class: "lead" }, el("span", { class: "dateline" }, dateline(report)), el("span", { class: "counts" }, lead(report))),
+    el("p", { class: "lead" }, el("span", { class: "dateline" }, dateline(report)), el("span", { class: "counts" }, ` · ${lead(report)}`)),
     themeSwitch(),
   );
 
@@ -140,7 +140,7 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
   if (!policies && transferred.length > 0) addTransfer();
   if (report.answered.length > 0 && !policies) {
     const what = paged ? "Each opens a page of its own." : "The ring is the answer within your limits, the dashed line the limit, the broad line the front.";
-    add(part("answers", paged ? "Systems and robots" : "All systems", what), paged ? "Robots" : "Systems", () => [cards(report, palette)]);
+    add(part("answers", "All systems", what), "Systems", () => [cards(report, palette)]);
   }
   if (!measured) {
     page.append(el("p", { class: "alert" }, "Nothing has been measured yet. Start the campaign, or repeat the same command if it was stopped; then make the report again."));
@@ -156,7 +156,7 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
         if (drawn) return;
         drawn = true;
         for (const draw of fill()) draw();
-        section.prepend(el("p", { class: "back" }, el("a", { href: "#answers" }, "← All systems and robots")));
+        section.prepend(el("p", { class: "back" }, el("a", { href: "#answers" }, "← All systems")));
         drawWaiting();
       };
       addPlace(section, open, true);

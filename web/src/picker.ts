@@ -1,9 +1,9 @@
 // The reader's question: which engine, within limits of the reader's own?
-import { isUsual, limitText, relaxedLimits, Words, type Asked, type Limits, type Pick } from "./answer";
+import { isUsual, limitText, pick, relaxedLimits, Words, type Asked, type Limits, type Pick } from "./answer";
 import { valueInfo, type LeftOut, type Report, type SystemView } from "./data";
 import { clear, el } from "./dom";
 import { onRestored } from "./address";
-import { unitText } from "./format";
+import { plain, timestep, unitText } from "./format";
 import type { Palette } from "./palette";
 import { swatch } from "./plots/legend";
 import { answerLine } from "./recommendation";
@@ -76,7 +76,7 @@ export function picker(report: Report, palette: Palette): HTMLElement {
       error.addEventListener("input", typed);
       unit.addEventListener("change", typed);
       remove.addEventListener("click", () => change({ ...question, limits: question.limits.filter((_, at) => at !== index) }, true));
-      limits.append(el("div", { class: "pick-limit" }, measure, el("span", {}, "at most"), el("span", { class: "limit" }, error, unit), remove));
+      limits.append(el("div", { class: "pick-limit" }, measure, el("span", { "aria-hidden": "true" }, "≤"), el("span", { class: "limit" }, error, unit), remove));
     });
     more.hidden = question.limits.length >= names.length;
   };
@@ -118,7 +118,8 @@ export function picker(report: Report, palette: Palette): HTMLElement {
       const details = el("button", { type: "button", class: "link", click: () => open(best) }, "Details");
       found.append(
         el("p", { class: "pick-best", "data-contender-of": contender, "data-timestep": step }, swatch(palette, contender), " ", el("strong", {}, answer.heading), " ", details),
-        el("ul", { class: "pick-facts" }, ...answer.lines.map(answerLine)),
+        ...whatIf(best),
+        full(el("ul", { class: "pick-facts" }, ...answer.lines.map(answerLine))),
         el("details", {}, el("summary", {}, `${each.heading} (${passing.length})`), ...each.lines.map(({ text }) => el("p", { class: "quiet" }, text)), scrollFrame(each.heading, "", contenders(words, each.columns, passing))),
       );
     } else {
@@ -128,6 +129,26 @@ export function picker(report: Report, palette: Palette): HTMLElement {
     if (grounds.length > 0) found.append(el("details", { class: "pick-grounds" }, el("summary", {}, words.say("grounds")), ...grounds.map((text) => el("p", { class: "quiet" }, text))));
     const left = words.leftOut();
     if (left.length > 0) found.append(excluded(words.say("left_out"), left));
+  };
+  // The facts of the answer, which stay open from one answer to the next.
+  let isFull = false;
+  const full = (facts: HTMLElement) => {
+    const box = el("details", { class: "pick-full", open: isFull }, el("summary", {}, "Settings, intervals and margin"), facts);
+    box.addEventListener("toggle", () => (isFull = box.open));
+    return box;
+  };
+  // What accepting ten times the first limit would bring.
+  const whatIf = (best: Pick) => {
+    const [first, ...others] = question.limits;
+    if (!first) return [];
+    const [name, largest] = first;
+    const next: [string, number][] = [[name, Number((10 * largest).toPrecision(12))], ...others];
+    const view = viewOf(question.system);
+    const [other] = pick(view, { asked: next.map(([each, most]) => ({ name: each, largest: most, text: "" })), realtime: question.realtime }).passing;
+    if (!other || other === best) return [];
+    const click = () => change({ ...question, limits: next }, true);
+    const faster = other.speed.value / best.speed.value;
+    return [el("p", { class: "pick-what-if" }, el("button", { type: "button", class: "link", click }, `Accept ${limitText(view, name, next[0]![1])}`), `: ${plain(faster, 2)} times faster, ${other.point.contender} at ${timestep(other.point.timestep_ms)} ms`)];
   };
   // Asks with these limits.
   const relaxer = (limits: Limits, text: string) => {

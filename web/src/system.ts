@@ -4,7 +4,7 @@ import { valueInfo, type System, type SystemView } from "./data";
 import { el } from "./dom";
 import { questionText, shortAnswer } from "./answers";
 import { fold } from "./fold";
-import { belowFloor } from "./format";
+import { kTwin } from "./grades";
 import { LimitSlider } from "./limit";
 import { modelNotes } from "./notes";
 import type { Palette } from "./palette";
@@ -62,7 +62,8 @@ function others(view: SystemView): HTMLElement {
 // Fills `section` with its head, answer and plot; what comes below them is drawn by the functions returned, in their order.
 export function fillSystem(section: HTMLElement, view: SystemView, system: System, palette: Palette): (() => void)[] {
   const drawn = view.report.json.pictures?.find((candidate) => candidate.system === view.system);
-  const head = el("div", { class: "system-head" }, el("div", {}, el("h2", {}, view.system), systemFacts(system), modelNotes(system.facts["notes"])), drawn ? picture(drawn, 110, 74) : "");
+  const twin = view.report.mainSystems.find((other) => kTwin.test(other.name) && other.name.replace(kTwin, "") === view.system);
+  const head = el("div", { class: "system-head" }, el("div", {}, el("h2", {}, view.system), systemFacts(system), modelNotes(system.facts["notes"]), twin ? el("p", { class: "twin" }, el("a", { href: `#${twin.name}` }, `${twin.name}: the same robot without gravity and contacts, against a reference solution`)) : null), drawn ? picture(drawn, 110, 74) : "");
   section.replaceChildren(head);
   if (view.cells.length === 0) {
     section.append(el("p", { class: "quiet" }, "No cell of this system has been run yet."));
@@ -103,7 +104,9 @@ export function fillSystem(section: HTMLElement, view: SystemView, system: Syste
     plot.element.querySelector(".canvas")?.before(el("div", { class: "ask-row" }, slider.element, asked));
     main.append(plot.element);
   }
-  section.append(el("div", { class: "system-body" }, legend(view, palette), main));
+  // A legend stands beside what it is of.
+  const body = el("div", { class: "system-body" }, legend(view, palette), main);
+  if (measures.length > 0) section.append(body);
   const folds = el("div", { class: "folds" });
   section.append(folds);
   const agreement = view.report.json.agreement?.find((candidate) => candidate.system === view.system);
@@ -112,12 +115,14 @@ export function fillSystem(section: HTMLElement, view: SystemView, system: Syste
     if (made) folds.append(fold(title, note(), made));
   };
   const speedSteps = view.timesteps("raw_speed").length;
-  const beside = () => el("div", { class: "beside" }, bars(view, palette), measures.length > 0 ? front : null);
+  const beside = () => speedSteps === 0 && measures.length === 0 ? null : el("div", { class: "beside" }, bars(view, palette), measures.length > 0 ? front : null);
   const settings = view.contenders.length;
   return [
     () => {
       const replay = replayPanel(view, palette);
-      if (replay) main.append(replay);
+      if (!replay) return;
+      main.append(replay);
+      if (!body.isConnected) folds.before(body);
     },
     add("Raw speed and the front", () => (speedSteps > 0 ? `steps a second at ${speedSteps} timesteps; ${(view.json.fronts[chosen] ?? []).length} points are unbeaten` : "not timed"), beside),
     add("Grasps", () => "from how many starts the object was held", () => graspTable(view, palette)),
@@ -131,10 +136,10 @@ export function fillSystem(section: HTMLElement, view: SystemView, system: Syste
   ];
 }
 
-// The value that the plot begins with: the one that the system is judged by, unless it tells no contender from another.
+// The value that the plot begins with: the one that the system is judged by, unless it asks for no choice.
 function plotted(view: SystemView, measures: string[]): string | undefined {
   const { main } = view.json;
   if (!main) return measures[0];
-  const tells = view.json.points.some((point) => point.worst?.[main] && !belowFloor(point.worst[main].value, valueInfo(main).unit) && point.worst[main].value > 0);
-  return tells ? main : (view.json.usual.map((one) => one.value).find((name) => measures.includes(name)) ?? main);
+  // Of a front of one point the fastest is the most accurate, too: contacts tell more then.
+  return (view.json.fronts[main] ?? []).length > 1 ? main : (view.json.usual.map((one) => one.value).find((name) => measures.includes(name)) ?? main);
 }

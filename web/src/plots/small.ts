@@ -45,7 +45,7 @@ export function smallPlot(view: SystemView, palette: Palette, width: number, hei
   const isShown = (own: string) => !state.isHidden(own) || (best !== null && view.report.varied(best.contender) === own);
   const shown = all.filter(({ point }) => isShown(view.report.varied(point.contender)) || front.includes(point));
   if (shown.length === 0) return null;
-  const frame = { left: 40, right: width - 6, top: 6, bottom: height - 20 };
+  const frame = { left: 50, right: width - 14, top: 6, bottom: height - 20 };
   const x = logScale(shown.map(({ speed }) => speed), [frame.left, frame.right], 1);
   const y = logScale(shown.map(({ error }) => error), [frame.bottom, frame.top], 1);
   const drawing = svg("svg", { class: "small accuracy", width, height, viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `${valueInfo(name).label} against speed on ${view.system}${best ? `; the answer is ${best.contender} at ${timestep(best.timestep_ms)} ms` : ""}` });

@@ -3,6 +3,7 @@
 import { line } from "d3-shape";
 
 import { onRestored } from "../address";
+import { exceeds } from "../answer";
 import { isReference, valueInfo, type Cell, type Outcome, type Speed, type SystemView } from "../data";
 import { clear, el, onWidth, svg, textWidth, uniqueId } from "../dom";
 import { downloads, type CsvRow } from "../download";
@@ -187,6 +188,7 @@ export class SpeedAccuracy {
   private frame: Frame | null = null;
   private taken: Frame[] = []; // what the names must not cover
   private labelled = "";
+  private readonly marks = new Map<Point, SVGElement>();
   private collected: ({ name: string } & ReturnType<typeof collect>) | null = null;
 
   constructor(
@@ -223,9 +225,10 @@ export class SpeedAccuracy {
     this.element = el(
       "figure",
       { class: "panel accuracy-panel" },
-      el("figcaption", {}, downloads(() => `${this.view.system}-${this.name}`, this.canvas, () => this.rows()), el("h3", {}, "Speed and accuracy"), this.meaning, names.length > 1 ? choices : null),
+      el("figcaption", {}, downloads(() => `${this.view.system}-${this.name}`, this.canvas, () => this.rows()), el("h3", {}, "Speed and accuracy"), names.length > 1 ? choices : null),
       this.canvas,
       this.key,
+      this.meaning,
       this.note,
       this.lists,
     );
@@ -297,6 +300,7 @@ export class SpeedAccuracy {
     clear(this.lists);
     if (absent.length > 0) this.lists.append(el("details", {}, el("summary", {}, `Not all in the plot: ${missing} of ${this.view.lines.length} contenders`), ...absent));
     this.key.replaceChildren();
+    this.marks.clear();
     this.answer = this.overlay = this.names = null;
     if (everything.length === 0) {
       this.canvas.append(el("p", { class: "quiet empty" }, `Nothing to place: no contender has both a ${info.label.toLowerCase()} and a timing here.`));
@@ -379,7 +383,8 @@ export class SpeedAccuracy {
         svg("text", { class: "realtime-label", transform: `translate(${at + 11},${top}) rotate(-90)` }, "real time"),
       );
     }
-    const guide = orderGuide(x, y, seen, frame);
+    // Only an error of integration has an order.
+    const guide = /^(truth_error|consistency)/.test(this.name) ? orderGuide(x, y, seen, frame) : svg("g");
     drawing.append(guide);
     for (const text of guide.querySelectorAll("text")) {
       const width = textWidth(text.textContent ?? "", 11);
@@ -431,9 +436,10 @@ export class SpeedAccuracy {
         if (bars) group.append(svg("path", { class: "interval", d: bars, "clip-path": `url(#${clip})` }));
         const hollow = point.speed !== null && !point.speed.timed;
         const pale = isNearFloor(point, this.name) || !point.sound;
-        group.append(
-          svg("path", { class: `mark${this.onFront.has(`${point.contender} ${point.timestep}`) ? " on-front" : ""}${hollow ? " hollow" : ""}${pale ? " pale" : ""}${point.sound ? "" : " unsound"}`, d: look.path(46 * (point.timestep === 1 ? 2 : 1)), transform: `translate(${point.x},${point.y}) rotate(${look.turn})`, "data-timestep": point.timestep }),
-        );
+        const mark =
+          svg("path", { class: `mark${this.onFront.has(`${point.contender} ${point.timestep}`) ? " on-front" : ""}${hollow ? " hollow" : ""}${pale ? " pale" : ""}${point.sound ? "" : " unsound"}`, d: look.path(46 * (point.timestep === 1 ? 2 : 1)), transform: `translate(${point.x},${point.y}) rotate(${look.turn})`, "data-timestep": point.timestep });
+        group.append(mark);
+        this.marks.set(point, mark);
         if (isBound(point, this.name)) group.append(svg("path", { class: "bound", d: "M0,5V13M-3,9.5L0,13L3,9.5", transform: `translate(${point.x},${point.y})` }));
         if (!point.sound) group.append(svg("path", { class: "strike", d: "M-5.5,5.5L5.5,-5.5", transform: `translate(${point.x},${point.y})` }));
       }
@@ -466,6 +472,7 @@ export class SpeedAccuracy {
     const entries: KeyEntry[] = [{ text: "timesteps, the smallest at the left", draw: () => series(wire(), dot(5), dot(17), dot(29)) }];
     if (this.best) entries.push({ text: "the answer", draw: () => [svg("circle", { class: "answer-ring", cx: 17, cy: 8, r: 6.5 })] });
     if (wishes.of(this.view).limits.some(([name]) => name === this.name)) entries.push({ text: "your limit", draw: () => [svg("line", { class: "limit-line", x1: 2, x2: 32, y1: 8, y2: 8 })] });
+    if (wishes.of(this.view).limits.some(([name]) => name !== this.name)) entries.push({ text: "beyond another limit", draw: () => series(dot(17, " misses", 60)) });
     if (timed) entries.push({ text: "front: none is faster and more accurate", draw: () => [svg("path", { class: "front-line", d: "M2,4H18V12H32" })] });
     if (seen.some((point) => point.timestep === 1)) entries.push({ text: "1 ms", draw: () => series(dot(17, "", 80)) });
     const estimated = seen.filter((point) => point.speed && !point.speed.timed).length;
@@ -494,6 +501,14 @@ export class SpeedAccuracy {
         svg("rect", { class: "beyond", x: frame.left, y: frame.top, width: frame.right - frame.left, height: Math.max(0, at - frame.top) }),
         svg("line", { class: "limit-line", x1: frame.left, x2: frame.right, y1: at, y2: at, "data-limit": largest }),
       );
+    }
+    // What misses another limit is no answer however it lies here.
+    const others = limits.filter(([name]) => name !== this.name);
+    const { realtime: rate } = wishes.of(this.view);
+    for (const [point, mark] of this.marks) {
+      const known = this.view.point(point.contender, point.timestep);
+      const misses = others.some(([name, most]) => known?.worst?.[name] && exceeds(known.worst[name].value, most)) || (rate !== null && known?.speed && known.speed.value < rate);
+      mark.classList.toggle("misses", Boolean(misses));
     }
     const { best } = this;
     const point = best && this.series.flatMap((one) => [...one.points, ...one.others]).find((one) => one.contender === best.contender && one.timestep === best.timestep_ms);
