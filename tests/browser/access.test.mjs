@@ -50,17 +50,21 @@ const axeTest = (pageOf, rules) =>
     assert.deepEqual(await axeFindings(page, "html", rules), []);
   });
 
-// The answer is in sight when the page opens.
+// The answer is in sight when the page opens, and next to it, or below it on a phone, the grid.
 function answerTest(pageOf, width, height) {
   test("which engine for the humanoid is answered without scrolling", async () => {
     const page = pageOf();
-    const box = await page.$eval('.card[data-system="humanoid"] [data-answer="fastest-1mm"] dd', (node) => {
-      const { top, bottom, left, right } = node.getBoundingClientRect();
+    await page.evaluate(() => window.scrollTo(0, 0));
+    const box = await page.$eval(".pick-answer", (node) => {
+      const { top, left, right } = node.getBoundingClientRect();
+      const bottom = node.querySelector(".pick-best, .pick-none").getBoundingClientRect().bottom;
       return { top, bottom, left, right, text: node.innerText };
     });
     assert.ok(box.top >= 0 && box.bottom <= height && box.left >= 0 && box.right <= width, JSON.stringify(box));
-    assert.match(box.text, / at .* ms\n|No contender|not timed/);
-    assert.match(await page.evaluate(() => document.body.innerText.slice(0, 900)), /1 mm/);
+    assert.match(box.text, /humanoid: .* at .* ms|no contender on humanoid/i);
+    assert.deepEqual(await page.$$eval(".pick-error", ([node]) => [node.value, node.closest(".limit").querySelector("select").selectedOptions[0].textContent]), ["1", "mm"]);
+    const grid = await page.$eval(".grid-table tbody", (node) => node.getBoundingClientRect().top);
+    assert.ok(grid > 0 && grid < height, `the grid begins at ${grid} px`);
   });
 }
 

@@ -101,7 +101,7 @@ export function fillSystem(section: HTMLElement, view: SystemView, system: Syste
       front.replaceWith(next);
       front = next;
     });
-    plot.element.querySelector(".canvas")?.before(el("div", { class: "ask-row" }, slider.element, asked));
+    plot.element.querySelector("figcaption")?.after(el("div", { class: "ask-row" }, slider.element, asked));
     main.append(plot.element);
   }
   // A legend stands beside what it is of.

@@ -188,6 +188,7 @@ export class SpeedAccuracy {
   private frame: Frame | null = null;
   private taken: Frame[] = []; // what the names must not cover
   private labelled = "";
+  private answerBox: Frame | null = null; // of its name
   private readonly marks = new Map<Point, SVGElement>();
   private collected: ({ name: string } & ReturnType<typeof collect>) | null = null;
 
@@ -225,7 +226,8 @@ export class SpeedAccuracy {
     this.element = el(
       "figure",
       { class: "panel accuracy-panel" },
-      el("figcaption", {}, downloads(() => `${this.view.system}-${this.name}`, this.canvas, () => this.rows()), el("h3", {}, "Speed and accuracy"), names.length > 1 ? choices : null),
+      el("figcaption", {}, downloads(() => `${this.view.system}-${this.name}`, this.canvas, () => this.rows()), el("h3", {}, "Speed and accuracy")),
+      names.length > 1 ? choices : null,
       this.canvas,
       this.key,
       this.meaning,
@@ -243,7 +245,11 @@ export class SpeedAccuracy {
     state.onChoice(() => this.mark());
     let answering = this.answerLine;
     wishes.subscribe(() => {
-      if (answering === this.answerLine) return this.drawAnswer();
+      if (answering === this.answerLine) {
+        this.drawAnswer();
+        this.label();
+        return this.mark();
+      }
       answering = this.answerLine;
       this.redraw();
     });
@@ -468,7 +474,7 @@ export class SpeedAccuracy {
   private drawKey(seen: Point[], floors: boolean, timed: boolean): void {
     const dot = (x: number, kind = "", size = 30) => svg("path", { class: `mark${kind}`, d: markPath("circle", size), transform: `translate(${x},8)` });
     const wire = () => svg("path", { class: "line", d: "M2,8H32" });
-    const series = (...parts: SVGElement[]) => [svg("g", { class: "series", style: "--line:var(--soft)" }, ...parts)];
+    const series = (...parts: SVGElement[]) => [svg("g", { class: "sample", style: "--line:var(--soft)" }, ...parts)];
     const entries: KeyEntry[] = [{ text: "timesteps, the smallest at the left", draw: () => series(wire(), dot(5), dot(17), dot(29)) }];
     if (this.best) entries.push({ text: "the answer", draw: () => [svg("circle", { class: "answer-ring", cx: 17, cy: 8, r: 6.5 })] });
     if (wishes.of(this.view).limits.some(([name]) => name === this.name)) entries.push({ text: "your limit", draw: () => [svg("line", { class: "limit-line", x1: 2, x2: 32, y1: 8, y2: 8 })] });
@@ -493,6 +499,7 @@ export class SpeedAccuracy {
     const { answer, frame, scale } = this;
     if (!answer || !frame || !scale) return;
     clear(answer);
+    this.answerBox = null;
     const { limits } = wishes.of(this.view);
     const largest = limits.find(([name]) => name === this.name)?.[1];
     if (largest !== undefined) {
@@ -516,11 +523,13 @@ export class SpeedAccuracy {
     const text = `${best.contender} at ${timestep(best.timestep_ms)} ms`;
     const width = textWidth(text, 13) + 8;
     const left = point.x + 14 + width > frame.right ? point.x - 14 - width : point.x + 14;
+    const near = Math.max(frame.left + 4, left);
     const line = point.y - 12 < frame.top + 12 ? point.y + 20 : point.y - 8;
     answer.append(
       svg("circle", { class: "answer-ring", cx: point.x, cy: point.y, r: 10, "data-contender-of": best.contender, "data-timestep": best.timestep_ms }),
-      svg("text", { class: "answer-name", x: Math.max(frame.left + 4, left), y: line }, text),
+      svg("text", { class: "answer-name", x: near, y: line }, text),
     );
+    this.answerBox = { left: near, right: near + width, top: line - 12, bottom: line + 3 };
   }
 
   private intervalPath(point: Point, x: LogScale, y: LogScale): string {
@@ -559,7 +568,7 @@ export class SpeedAccuracy {
       const ends = [points[points.length - 1]!, points[0]!].map((point): [number, number] => [point.x, point.y]);
       return { name: one.contender, color: this.palette.look(one.contender).color, ends };
     });
-    this.names.append(endLabels(lines, shown.flatMap(valued).map((point) => [point.x, point.y]), this.frame, this.taken));
+    this.names.append(endLabels(lines, shown.flatMap(valued).map((point) => [point.x, point.y]), this.frame, this.answerBox ? [...this.taken, this.answerBox] : this.taken));
   }
 
   private rows(): CsvRow[] {
