@@ -120,7 +120,7 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
   const transferred = report.json.transfer ?? [];
   const addTransfer = () => {
     const runs = "Every engine runs the same policy from the same perturbed starts.";
-    add(part("transfer", "Where does the policy work?", runs), "Policy", () => transferred.flatMap((matrix) => transfers(report, matrix, palette)), true);
+    add(part("transfer", "Where does the policy work?", runs), "Policy", () => transferred.flatMap((matrix) => transfers(report, matrix, palette)));
   };
   // Policies are asked other questions than systems.
   const policies = transferred.length > 0 && !canPick(report);

@@ -120,7 +120,7 @@ export function picker(report: Report, palette: Palette): HTMLElement {
         el("p", { class: "pick-best", "data-contender-of": contender, "data-timestep": step }, swatch(palette, contender), " ", el("strong", {}, answer.heading), " ", details),
         ...whatIf(best),
         full(el("ul", { class: "pick-facts" }, ...answer.lines.map(answerLine))),
-        el("details", {}, el("summary", {}, `${each.heading} (${passing.length})`), ...each.lines.map(({ text }) => el("p", { class: "quiet" }, text)), scrollFrame(each.heading, "", contenders(words, each.columns, passing))),
+        el("details", { class: "pick-each" }, el("summary", {}, `${each.heading} (${passing.length})`), ...each.lines.map(({ text }) => el("p", { class: "quiet" }, text)), scrollFrame(each.heading, "", contenders(words, each.columns, passing))),
       );
     } else {
       found.append(el("p", { class: "pick-none" }, ...words.nonePieces().map(({ text, relax }) => (relax ? relaxer(relaxedLimits(limits, relax), text) : text))));
