@@ -3,7 +3,7 @@
 //   node screenshot.mjs RESULTS_DIR|REPORT.html OUT.png [--width 1400] [--height N] [--dark] [--from SELECTOR]
 //                       [--to SELECTOR] [--scale N] [--replay SECONDS]
 //
-// The picture ends with the first system's plots, after --height pixels, or where the element of --to ends ("main" for
+// The picture ends with the first system's plot, after --height pixels, or where the element of --to ends ("main" for
 // all). --from starts at an element, "#planar-chain" for one. Replays in the picture stand at --replay, else at 0 s.
 import { existsSync, statSync } from "node:fs";
 import { join, resolve } from "node:path";
@@ -48,7 +48,7 @@ try {
   const whole = await page.evaluate(() => document.documentElement.scrollHeight);
   let bottom = values.height ? top + Number(values.height) : whole;
   if (!values.height) {
-    const last = await page.$(values.to ?? ".system .plots");
+    const last = await page.$(values.to ?? ".system .accuracy-panel");
     if (values.to && !last) throw new Error(`the page has no '${values.to}'`);
     if (last) bottom = 16 + (await last.evaluate((node) => node.getBoundingClientRect().bottom + window.scrollY));
   }

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
@@ -78,12 +79,23 @@ json point(const Vec3& p) {
   return {coordinate(p.x()), coordinate(p.y()), coordinate(p.z())};
 }
 
+// Terrain is left out: shapes of the world that are longer than all that moves is wide, which would be tiny among them.
 json shapes_of(const Scene& scene, const std::vector<Pose>& bodies) {
+  const auto place = [&](const Shape& shape) {
+    return (shape.body == kWorld ? Pose() : bodies[static_cast<size_t>(shape.body)]) * shape.X_BS;
+  };
+  Eigen::AlignedBox3d moving;
+  for (const Shape& shape : scene.shapes) {
+    if (shape.body == kWorld) continue;
+    const Rod rod = rod_of(shape, data_of(scene, shape));
+    for (const Vec3& end : {rod.a, rod.b}) moving.extend(place(shape) * end);
+  }
   json shapes = json::array();
   for (const Shape& shape : scene.shapes) {
     if (is_ground(shape)) continue;
-    const Pose X_WS = (shape.body == kWorld ? Pose() : bodies[static_cast<size_t>(shape.body)]) * shape.X_BS;
+    const Pose X_WS = place(shape);
     const Rod rod = rod_of(shape, data_of(scene, shape));
+    if (shape.body == kWorld && !moving.isEmpty() && (rod.b - rod.a).norm() > moving.diagonal().norm()) continue;
     const auto byte = [&](size_t i) {
       return static_cast<int>(std::lround(255 * std::clamp(shape.rgba.at(i), 0.0F, 1.0F)));
     };

@@ -37,7 +37,7 @@ function said() {
   const texts = (selector) => [...document.querySelectorAll(`.pick-answer ${selector}`)];
   const cells = (row) => [...row.cells].map((cell) => cell.textContent);
   const line = (node) => (node.dataset.label ? `${node.dataset.label}: ${node.lastChild.textContent.slice(1)}` : node.textContent);
-  const [each] = texts("details:not(.pick-excluded, .pick-grounds)");
+  const [each] = texts(".pick-each");
   const words = document.querySelector(".pick-none")
     ? { none: document.querySelector(".pick-none").textContent }
     : {

@@ -3,8 +3,17 @@ import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { pathToFileURL } from "node:url";
 
-// `trouble` collects whatever a report must never do. `without` is a kind of canvas that the browser shall not have.
-export async function openReport(browser, file, { width = 1400, height = 900, dark = false, phone = false, without = "" } = {}) {
+// Opens what the page folds into lines, and waits until it is drawn.
+export async function unfold(page) {
+  await page.evaluate(async () => {
+    for (const node of document.querySelectorAll("details.fold, details.pick-full")) node.open = true;
+    for (let i = 0; i < 3; i += 1) await new Promise((done) => requestAnimationFrame(done));
+  });
+}
+
+// `trouble` collects whatever a report must never do. `without` is a kind of canvas that the browser shall not have. `folded`
+// leaves the page as a reader finds it.
+export async function openReport(browser, file, { width = 1400, height = 900, dark = false, phone = false, without = "", folded = false } = {}) {
   const page = await browser.newPage();
   // A slow machine is no fault of the page: ctest ends what hangs.
   page.setDefaultTimeout(0);
@@ -32,6 +41,7 @@ export async function openReport(browser, file, { width = 1400, height = 900, da
   }
   await page.goto(pathToFileURL(file).href, { waitUntil: "load" });
   await page.waitForSelector("body[data-ready]");
+  if (!folded) await unfold(page);
   return { page, trouble };
 }
 

@@ -108,7 +108,7 @@ async function compare(dir, least) {
           settings: fact("setting").join("; "),
           warned: [...document.querySelectorAll(".pick-facts li")].some((node) => node.textContent.startsWith("its 95 % interval reaches beyond the limit")),
           none: document.querySelector(".pick-none")?.textContent ?? null,
-          passing: [...document.querySelectorAll(".pick-answer details:not(.pick-excluded, .pick-grounds) tbody tr")].map((row) => row.cells[0].textContent),
+          passing: [...document.querySelectorAll(".pick-answer .pick-each tbody tr")].map((row) => row.cells[0].textContent),
         };
       }, hash),
     ]);

@@ -1,4 +1,4 @@
-// The report's section "Who transfers?" of a real run in headless Chromium. Recorded actions stand for a policy: nothing is
+// The report's section "Where does the policy work?" of a real run in headless Chromium. Recorded actions stand for a policy: nothing is
 // pushed, so the pole falls.
 //   ASSAY  the program assay
 import assert from "node:assert/strict";
@@ -40,7 +40,7 @@ after(async () => {
 
 test("the answer first, then each contender and timestep with a sign, a word and the count", async () => {
   const { page, trouble } = await open();
-  assert.equal(await page.$eval("#transfer h2", (node) => node.textContent), "Who transfers?");
+  assert.equal(await page.$eval("#transfer h2", (node) => node.textContent), "Where does the policy work?");
   const answer = await page.$eval(`${kPanel} .transfer-answer`, (node) => node.textContent);
   assert.equal(answer.toLowerCase(), `${matrix.answer[0]}.`.toLowerCase());
   const heads = await page.$$eval(`${kPanel} thead th`, (nodes) => nodes.map((node) => node.textContent));

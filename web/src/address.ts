@@ -1,5 +1,6 @@
 // What the reader has chosen, kept in the page's address behind the section: "#humanoid&show=mujoco-euler,ode-quick".
 import type { Report } from "./data";
+import { reach } from "./places";
 import { state, type Moment } from "./state";
 
 const kSettled = 200; // ms; browsers refuse an address that changes too often
@@ -55,6 +56,7 @@ export class Address {
       // A link of the page names only a section: what was chosen stays.
       if (words.size === 0) {
         this.section = section;
+        reach(section);
         this.write();
       } else {
         this.restore();
@@ -75,13 +77,14 @@ export class Address {
   show(): void {
     const { section, words } = read();
     const moment = words.has("replay") ? state.moment : null;
+    if (moment) reach(moment.system);
     const panel = moment && document.querySelector(`.replay-panel[data-system="${CSS.escape(moment.system)}"]`);
     if (panel) {
       panel.scrollIntoView({ block: "center" });
       return;
     }
     const system = section || words.get("cell")?.split("/")[0] || (words.has("claim") ? "claims" : words.has("pick") ? "pick" : "");
-    if (system) document.getElementById(system)?.scrollIntoView();
+    if (system) reach(system);
   }
 
   private restore(): void {

@@ -87,7 +87,7 @@ function picksOf(view: SystemView): Pick[] {
 }
 
 // Beyond what a limit in other units can lose by rounding.
-function exceeds(figure: number, limit: number): boolean {
+export function exceeds(figure: number, limit: number): boolean {
   return figure > limit * (1 + 1e-12);
 }
 

@@ -1,61 +1,102 @@
-// A card for each system: the answers that most readers come for.
-import type { Answer, Report, SystemView } from "./data";
-import { el, type Child } from "./dom";
-import { timestep } from "./format";
+// A tile for each system: what it looks like, its speed and accuracy in little, and which contender answers the reader's
+// question.
+import { limitText } from "./answer";
+import { valueInfo, type Report, type SystemView, type Worst } from "./data";
+import { clear, el, type Child } from "./dom";
+import { belowFloor, floorText, realtime, timestep } from "./format";
+import { kTwin } from "./grades";
 import type { Palette } from "./palette";
+import { reach } from "./places";
 import { swatch } from "./plots/legend";
 import { picture } from "./plots/picture";
-import { ask, firstQuestion } from "./picker";
-import { roving } from "./roving";
+import { smallPlot } from "./plots/small";
 import { state } from "./state";
+import { wishes } from "./wishes";
 
-function answer(view: SystemView, palette: Palette, one: Answer): HTMLElement {
-  const { contender, timestep_ms: step } = one;
-  const question = el("dt", {}, one.question);
-  if (contender === null || step === null) return el("div", { class: "answer", "data-answer": one.id }, question, el("dd", { class: "none" }, one.figures));
-  const name = `${contender} at ${timestep(step)} ms`;
-  // A number and its unit stay together.
-  const figures = one.figures.replace(/(\d) (?=[µnpm]?m\b|m?rad\b)/g, "$1\u00a0");
-  const button = el("button", { type: "button", class: "answer-link", "data-contender-of": contender, "data-timestep": step }, swatch(palette, contender), el("b", {}, name));
+const kPlot = { width: 286, height: 150 };
+
+// As the program says it, but of what is below the resolution of its value only that it is.
+export function worstText(name: string, { value, text }: Worst): string {
+  const { unit } = valueInfo(name);
+  return belowFloor(value, unit) ? floorText(unit) : text;
+}
+
+// What nearly answers, where nothing does.
+function nearest(view: SystemView): string {
+  const { found } = wishes.answer(view);
+  const [relaxed] = found.relaxed;
+  if (relaxed) {
+    const what = relaxed.name === null ? `${realtime(relaxed.to)} real time` : `${valueInfo(relaxed.name).short} ${relaxed.text}`;
+    return `nearest: ${relaxed.one.point.contender} at ${timestep(relaxed.one.point.timestep_ms)} ms with ${what}`;
+  }
+  return view.isTimed ? "no contender was measured in full" : "not timed";
+}
+
+// The answer in two lines, also above the system's plot.
+export function shortAnswer(view: SystemView, palette: Palette): Child[] {
+  const { found } = wishes.answer(view);
+  const [best] = found.passing;
+  if (!best) {
+    const untimed = !view.isTimed && view.json.card.answers.find((one) => one.contender !== null);
+    if (untimed) return [el("b", { class: "quiet" }, "Not timed"), el("span", { class: "figures" }, `${untimed.question.toLowerCase()}: ${untimed.text}`)];
+    return [el("b", { class: "none" }, "No contender within the limits"), el("span", { class: "figures" }, nearest(view))];
+  }
+  const { contender, timestep_ms: step } = best.point;
+  const button = el("button", { type: "button", class: "answer-link", "data-contender-of": contender, "data-timestep": step }, swatch(palette, contender), el("b", {}, `${contender} at ${timestep(step)} ms`));
   button.addEventListener("click", () => {
     state.setShown([contender], true);
     state.choose({ system: view.system, contender, timestep: step });
   });
-  return el("div", { class: "answer", "data-answer": one.id }, question, el("dd", {}, button, figures ? el("span", { class: "figures" }, figures) : null));
+  const errors = Object.keys(best.worst).filter((name) => name === view.json.main).map((name) => `${valueInfo(name).short} ${worstText(name, best.worst[name]!)}`);
+  const alike = found.alike.length > 0 ? [`${found.alike.length} more not told apart`] : [];
+  return [button, el("span", { class: "figures" }, [`${best.speed.timed ? "" : "about "}${best.candidate.realtime} real time`, ...errors, ...alike].join(", "))];
 }
 
-function card(view: SystemView, palette: Palette): HTMLElement {
-  const { system, json } = view;
+// "Fastest within 1 mm of error, 5 mm of penetration"
+export function questionText(view: SystemView): string {
+  const { limits, realtime: rate } = wishes.of(view);
+  const parts = limits.map(([name, largest]) => `${valueInfo(name).short} within ${limitText(view, name, largest)}`);
+  if (rate !== null) parts.push(`at least ${realtime(rate)} real time`);
+  return parts.length > 0 ? `Fastest with ${parts.join(", ")}` : "Fastest, whatever the errors";
+}
+
+// The deepest penetration and the like: what the program says about the answer to its first question.
+function caveatOf(view: SystemView): string {
+  return view.json.card.caveat.split(/(?<=\.) /)[0] ?? "";
+}
+
+function tile(view: SystemView, palette: Palette, robots: boolean): HTMLElement {
+  const { system } = view;
   const drawn = view.report.json.pictures?.find((candidate) => candidate.system === system);
-  const change = el("button", { type: "button", class: "link" }, "Set other limits");
-  change.addEventListener("click", () => ask(firstQuestion(view)));
-  const more = el("button", { type: "button", class: "card-more", "aria-expanded": "false" }, "More");
-  const rest = el(
-    "div",
-    { class: "card-rest" },
-    el("dl", {}, ...json.card.answers.slice(1).map((one) => answer(view, palette, one))),
-    json.card.caveat ? el("p", { class: "caveat" }, json.card.caveat) : null,
-    el("p", { class: "card-links" }, el("a", { href: `#${system}` }, "Plots and figures"), json.candidates.length > 0 ? change : null),
-  );
-  const head: Child[] = [el("h3", {}, el("a", { href: `#${system}` }, system)), drawn ? picture(drawn, 56, 40) : null];
-  const first = json.card.answers[0]!;
-  const box = el("section", { class: "card", "data-system": system, "aria-label": system }, el("div", { class: "card-head" }, ...head), el("dl", { class: "card-first" }, answer(view, palette, first)), more, rest);
-  more.addEventListener("click", () => {
-    const open = box.classList.toggle("open");
-    more.setAttribute("aria-expanded", String(open));
-    more.textContent = open ? "Less" : "More";
+  const plot = el("div", { class: "card-plot" });
+  const answer = el("div", { class: "card-answer", "data-answer": view.json.card.answers[0]?.id ?? "" });
+  const link = el("a", { href: `#${system}` }, system);
+  const look = drawn ? picture(drawn, robots ? 150 : 56, robots ? 110 : 40) : null;
+  const caveat = robots ? caveatOf(view) : "";
+  const box = el("section", { class: robots ? "card robot" : "card", "data-system": system, "aria-label": system }, robots ? look : null, el("div", { class: "card-head" }, el("h3", {}, link), robots ? null : look), robots ? null : plot, answer, caveat ? el("p", { class: "caveat" }, caveat) : null);
+  plot.addEventListener("click", () => reach(system));
+  const update = () => {
+    if (!robots) {
+      const small = smallPlot(view, palette, kPlot.width, kPlot.height);
+      plot.replaceChildren(...(small ? [small] : [el("p", { class: "quiet" }, view.isTimed ? "One timestep was timed." : "No step was timed.")]));
+    }
+    clear(answer);
+    for (const child of shortAnswer(view, palette)) if (child) answer.append(child);
+  };
+  update();
+  wishes.subscribe(update);
+  let shown = state.shownKey;
+  state.subscribe(() => {
+    if (shown === state.shownKey) return;
+    shown = state.shownKey;
+    update();
   });
-  roving(box, "button, a");
   return box;
 }
 
 export function cards(report: Report, palette: Palette): HTMLElement {
-  // Where a card is a row, its first question stands once above all; cards with another one say so.
-  const shared = report.answered[0]?.json.card.answers[0]?.question ?? "";
-  const list = report.answered.map((view) => {
-    const made = card(view, palette);
-    made.classList.toggle("own-question", view.json.card.answers[0]?.question !== shared);
-    return made;
-  });
-  return el("div", {}, el("p", { class: "cards-question" }, shared), el("div", { class: "cards" }, ...list));
+  const names = new Set(report.answered.map((view) => view.system));
+  const views = report.answered.filter((view) => !(kTwin.test(view.system) && names.has(view.system.replace(kTwin, ""))));
+  const robots = views.length > 12;
+  return el("div", { class: robots ? "cards gallery" : "cards" }, ...views.map((view) => tile(view, palette, robots)));
 }

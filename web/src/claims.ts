@@ -86,10 +86,15 @@ function claim(one: Claim): HTMLElement {
   );
 }
 
-export function claimsList(claims: Claim[]): HTMLElement {
+// "Of 17: 9 hold, 5 changed"
+export function claimCounts(claims: Claim[]): string {
   const count = (verdict: Claim["verdict"]) => claims.filter((one) => one.verdict === verdict).length;
   const words = (Object.keys(kVerdicts) as Claim["verdict"][])
     .filter((verdict) => count(verdict) > 0)
     .map((verdict) => `${count(verdict)} ${verdict === "holds" && count(verdict) !== 1 ? "hold" : kVerdicts[verdict][1]}`);
-  return el("div", {}, el("p", { class: "claim-counts" }, `Of ${claims.length}: ${words.join(", ")}.`), el("ol", { class: "claims" }, ...claims.map(claim)));
+  return `of ${claims.length} claims ${words.join(", ")}`;
+}
+
+export function claimsList(claims: Claim[]): HTMLElement {
+  return el("ol", { class: "claims" }, ...claims.map(claim));
 }

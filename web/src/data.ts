@@ -718,6 +718,7 @@ export function replayAt(index: number): Replay | undefined {
 
 // They stand behind the page's script: only when the document has been read whole are they there.
 export function replayOf(system: string): Replay | undefined {
+  if (!replays && document.readyState === "loading") return undefined;
   replays ??= JSON.parse(document.getElementById("assay-replays")?.textContent || "[]") as Replay[];
   return replays.find((candidate) => candidate.system === system);
 }

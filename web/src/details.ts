@@ -118,6 +118,7 @@ export class Drawer {
     this.element.append(
       el("div", { class: "drawer-head" }, el("h2", {}, swatch(this.palette, contender), ` ${contender}`), close),
       el("p", { class: "drawer-place" }, el("b", {}, `${timestep(step)} ms`), " on ", el("a", { href: `#${system}` }, system)),
+      choice.why ? el("p", { class: "drawer-why" }, choice.why) : "",
       point ? el("p", { class: `soundness ${point.sound ? "sound" : "unsound"}` }, point.sound ? `Sound: every measure ended well at this and every smaller timestep${margin ? `; ${margin}` : ""}.` : `Not sound: ${point.why}.`) : "",
       speed ? el("p", {}, el("b", {}, `${realtime(speed.value)} real time`), speed.timed || !speed.between ? "" : `, not timed at this timestep: interpolated between ${speed.between.map(timestep).join(" and ")} ms`) : "",
       values(cells),

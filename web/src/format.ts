@@ -3,7 +3,6 @@
 const kThin = "\u2009";
 const kPrefixes: [number, string][] = [
   [1e9, "G"], [1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"], [1e-12, "p"], [1e-15, "f"],
-  [1e-18, "a"],
 ]; // prettier-ignore
 // Units that take prefixes, with the scale to the unit without one.
 const kPrefixable: Record<string, [number, string]> = {
@@ -13,6 +12,18 @@ const kPrefixable: Record<string, [number, string]> = {
 const kSuperscripts: Record<string, string> = {
   "-": "⁻", "0": "⁰", "1": "¹", "2": "²", "3": "³", "4": "⁴", "5": "⁵", "6": "⁶", "7": "⁷", "8": "⁸", "9": "⁹",
 }; // prettier-ignore
+
+// What a length below says is that it is below (error_resolution in src/results/front.h); an angle alike.
+const kResolution: Record<string, number> = { m: 1e-12, rad: 1e-12 };
+
+export function belowFloor(value: number, unit: string): boolean {
+  return value !== 0 && Math.abs(value) < (kResolution[unit] ?? 0) * (1 - 1e-9);
+}
+
+// "below 1 pm"
+export function floorText(unit: string): string {
+  return `below ${quantity(kResolution[unit] ?? 0, unit, 1)}`;
+}
 
 export function superscript(exponent: number): string {
   return String(exponent).replace(/[-0-9]/g, (digit) => kSuperscripts[digit] ?? digit);
@@ -67,6 +78,7 @@ export function hasPrefixes(unit: string): boolean {
 export function quantity(value: number | null | undefined, unit: string, digits = 3): string {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   const scaled = kPrefixable[unit];
+  if (belowFloor(value, unit)) return floorText(unit);
   if (scaled) {
     const inUnit = value * scaled[0];
     if (inUnit === 0) return `0 ${scaled[1]}`;

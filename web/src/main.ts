@@ -2,14 +2,16 @@
 import { citation, glossary } from "./about";
 import { Address } from "./address";
 import { cards } from "./answers";
-import { claimsList } from "./claims";
+import { claimCounts, claimsList } from "./claims";
 import { readReport, type Report } from "./data";
 import { Drawer } from "./details";
 import { drawWaiting, el, type Child } from "./dom";
+import { engineGrid } from "./grid";
 import { sectionBar } from "./nav";
 import { Palette } from "./palette";
 import { canPick, picker } from "./picker";
 import { Pieces } from "./pieces";
+import { addPlace } from "./places";
 import { recommendation } from "./recommendation";
 import { batchPanels } from "./plots/batches";
 import { scalingPanel } from "./plots/scaling";
@@ -73,6 +75,20 @@ function part(id: string, title: string, text: string): HTMLElement {
   return el("section", { id, class: "part", "aria-busy": "true" }, el("h2", {}, title), text ? el("p", { class: "sub" }, text) : null);
 }
 
+// One that is a line until the reader opens it; `note` says in a few words what is in it.
+function folded(id: string, title: string, note: string, text: string): HTMLElement {
+  return el("details", { id, class: "part fold", "aria-busy": "true" }, el("summary", {}, el("h2", { class: "fold-title" }, title), el("span", { class: "fold-note" }, note)), text ? el("p", { class: "sub" }, text) : null);
+}
+
+// "2026-11-27, Intel(R) Xeon(R) Processor, assay 0.1.0"
+function dateline(report: Report): string {
+  const date = (report.manifest("finished") ?? report.manifest("started"))?.slice(0, 10);
+  const version = report.manifest("assay_version");
+  return [date, report.manifest("cpu"), version && `assay ${version}`].filter(Boolean).join(" · ");
+}
+
+const kOnePage = 12; // systems; of more each has a page of its own
+
 function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HTMLElement): void {
   state.lineOf = (contender) => report.varied(contender);
   const palette = new Palette(report);
@@ -82,15 +98,15 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
   const pieces = new Pieces();
   const links: [string, string][] = [];
   const answered = report.json.answer ?? [];
-  const title = (answered.length > 0 && report.manifest("campaign_title")) || "Physics engines, side by side";
   masthead.append(
-    el("div", { class: "title" }, el("p", { class: "wordmark" }, "assay"), el("h1", {}, title)),
-    el("p", { class: "lead" }, lead(report)),
+    el("div", { class: "title" }, el("p", { class: "wordmark" }, "assay"), el("h1", {}, report.manifest("campaign_title") || "Physics engines, side by side")),
+    el("p", { class: "lead" }, el("span", { class: "dateline" }, dateline(report)), el("span", { class: "counts" }, ` · ${lead(report)}`)),
     themeSwitch(),
   );
 
   const add = (section: HTMLElement, name: string, fill: () => Child[], now = false) => {
     links.push([section.id, name]);
+    addPlace(section);
     page.append(section);
     const draw = () => {
       for (const child of fill()) if (child) section.append(child);
@@ -99,26 +115,69 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
     if (now) draw();
     else pieces.add(section, draw);
   };
+  const views = report.mainSystems.map((system) => ({ system, view: report.view(system.name) }));
+  const paged = views.length > kOnePage;
+  const transferred = report.json.transfer ?? [];
+  const addTransfer = () => {
+    const runs = "Every engine runs the same policy from the same perturbed starts.";
+    add(part("transfer", "Where does the policy work?", runs), "Policy", () => transferred.flatMap((matrix) => transfers(report, matrix, palette)));
+  };
+  // Policies are asked other questions than systems.
+  const policies = transferred.length > 0 && !canPick(report);
+  if (policies) addTransfer();
+  const asks = canPick(report);
+  const picture = policies ? null : engineGrid(report);
+  if (picture || asks) {
+    const first = el("section", { id: "overview", class: "part overview" }, el("div", { class: "overview-grid" }, picture, asks ? picker(report, palette) : null));
+    links.push(["overview", "Overview"]);
+    addPlace(first);
+    page.append(first);
+  }
   if (answered.length > 0) {
-    const text = "The answer for all systems together, as the command gave it. Below: each system with its plots and replays.";
+    const text = "The answer for all systems together, as the command gave it.";
     add(part("recommendation", "Recommendation", text), "Recommendation", () => [recommendation(answered)], true);
   }
-  if (report.answered.length > 0) {
-    const text = "A contender is an engine with its settings. A timestep is sound when every measure ended well there and at every smaller one.";
-    add(part("answers", "Which engine?", text), "Answers", () => [cards(report, palette)], true);
+  if (!policies && transferred.length > 0) addTransfer();
+  if (report.answered.length > 0 && !policies) {
+    const what = paged ? "Each opens a page of its own." : "The ring is the answer within your limits, the dashed line the limit, the broad line the front.";
+    add(part("answers", "All systems", what), "Systems", () => [cards(report, palette)]);
   }
-  if (canPick(report)) {
-    const text = "The fastest contender within all of your limits. Each error is the largest at that or any smaller timestep, and a speed is never extrapolated.";
-    add(part("pick", "Within your limits", text), "Your limits", () => [picker(report, palette)]);
+  if (!measured) {
+    page.append(el("p", { class: "alert" }, "Nothing has been measured yet. Start the campaign, or repeat the same command if it was stopped; then make the report again."));
   }
-  const transferred = report.json.transfer ?? [];
-  if (transferred.length > 0) {
-    const text = "Runs under one policy, from perturbed starts, in every engine: where the robot stays up, and where its motion first parts from that of training.";
-    add(part("transfer", "Who transfers?", text), "Transfer", () => transferred.flatMap((matrix) => transfers(report, matrix, palette)));
+  for (const [index, { system, view }] of views.entries()) {
+    const section = el("section", { class: "system", id: view.system, "aria-busy": paged ? null : "true", "data-alone": paged ? "" : null }, el("h2", {}, view.system));
+    if (!paged) links.push([view.system, view.system]);
+    page.append(section);
+    const fill = () => fillSystem(section, view, system, palette);
+    if (paged) {
+      let drawn = false;
+      const open = () => {
+        if (drawn) return;
+        drawn = true;
+        for (const draw of fill()) draw();
+        section.prepend(el("p", { class: "back" }, el("a", { href: "#answers" }, "← All systems")));
+        drawWaiting();
+      };
+      addPlace(section, open, true);
+      continue;
+    }
+    addPlace(section);
+    const later = () => pieces.add(section, ...fill(), () => section.removeAttribute("aria-busy"));
+    // The first plots are drawn before anything else below the answers.
+    if (index === 0) later();
+    else pieces.add(section, later);
+  }
+  if (report.sizes.length > 0) {
+    add(folded("scaling", "Scaling", "time of a run by the number of bodies", "Processor time of a whole run of systems that differ only in size."), "Scaling", () => [scalingPanel(report, palette)]);
+  }
+  if ((report.json.batches ?? []).length > 0) {
+    const text = "World-steps per second of many worlds at once: engines that step them together, and engines of one world with one process per core.";
+    add(part("worlds", "Many worlds", text), "Many worlds", () => batchPanels(report, palette));
   }
   if (claims.length > 0) {
     const text = "Each claim of Erez, Tassa and Todorov (ICRA 2015), judged by today's versions of the paper's engines. A claim is settled when the whole 95 % interval lies on one side of its threshold.";
-    add(part("claims", "What the paper claims, tested again", text), "Claims", () => [claimsList(claims)]);
+    add(folded("claims", "What the paper claims, tested again", claimCounts(claims), text), "Claims", () => [claimsList(claims)]);
   }
   const compared = report.json.changes;
   if (compared) add(part("changes", "What changed", `${compared.summary.charAt(0).toUpperCase()}${compared.summary.slice(1)}.`), "Changes", () => changes(report, compared));
@@ -127,41 +186,24 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
     const text = `The course of each contender over ${followed.runs.length} runs, where it changed.`;
     add(part("history", "History", text), "History", () => courses(report, followed));
   }
-  const views = report.mainSystems.map((system) => ({ system, view: report.view(system.name) }));
-  if (!measured) {
-    page.append(el("p", { class: "alert" }, "Nothing has been measured yet. Start the campaign, or repeat the same command if it was stopped; then make the report again."));
-  }
-  for (const [index, { system, view }] of views.entries()) {
-    const section = el("section", { class: "system", id: view.system, "aria-busy": "true" }, el("h2", {}, view.system));
-    links.push([view.system, view.system]);
-    page.append(section);
-    const fill = () => {
-      pieces.add(section, ...fillSystem(section, view, system, palette), () => section.removeAttribute("aria-busy"));
-    };
-    // The first plots are drawn before anything else below the answers.
-    if (index === 0) fill();
-    else pieces.add(section, fill);
-  }
-  if (report.sizes.length > 0) {
-    add(part("scaling", "Scaling", "Processor time of a whole run of systems that differ only in size."), "Scaling", () => [scalingPanel(report, palette)]);
-  }
-  if ((report.json.batches ?? []).length > 0) {
-    const text = "World-steps per second of many worlds at once: engines that step them together, and engines of one world with one process per core.";
-    add(part("worlds", "Many worlds", text), "Many worlds", () => batchPanels(report, palette));
-  }
   if ((report.json.parity ?? []).length > 0) {
     const text = "Whether the model's file means the same robot in every engine: the forces that explain each contender's accelerations, against Newton and Euler's equations of the file.";
     add(part("parity", "The same robot?", text), "Parity", () => [parity(report)]);
   }
+  const tests = report.json.conformance;
+  const passed = tests.filter((one) => one.status === "pass" || one.status === "not-applicable").length;
+  const deviations = tests.filter((one) => one.status === "deviation").length;
   const gated = "A contender is scored only when its adapter passes these tests against closed forms and independent solutions. A deviation caused by the engine itself is proven, declared and bounded.";
-  add(part("gate", "Conformance suite", gated), "Conformance", () => [gate(report)]);
+  add(folded("gate", "Conformance suite", tests.length > 0 ? `${passed} of ${tests.length} tests pass or do not apply, ${deviations} declared deviations` : "not run", gated), "Conformance", () => [gate(report)]);
+  const { cells, ok } = report.json.measured;
   const failed = "A cell that fails is a result: its outcome and reason are kept. Cells that differ only in the timestep share a row.";
-  add(part("failures", "Failures", failed), "Failures", () => [failureTable(report, palette), leftOut(report)]);
-  add(part("fairness", "Fairness", ""), "Fairness", () => [fairness(report, palette)]);
-  if (measured) add(part("values", "All values", ""), "Values", () => [valuesTable(report)]);
-  if ((report.json.glossary ?? []).length > 0) add(part("glossary", "Glossary", ""), "Glossary", () => [glossary(report)]);
-  add(part("manifest", "Manifest", "The machine, the program and the campaign behind these figures."), "Manifest", () => [plate(report), engines(report), manifestTable(report)]);
-  if (measured) add(part("cite", "Cite these results", ""), "Cite", () => [citation(report)]);
+  add(folded("failures", "Failures", measured ? `${cells - ok} of ${cells} cells have no sound result` : "nothing was run", failed), "Failures", () => [failureTable(report, palette), leftOut(report)]);
+  add(folded("fairness", "Fairness", "settings and builds of every contender", ""), "Fairness", () => [fairness(report, palette)]);
+  if (measured) add(folded("values", "All values", `of ${cells} cells, as a table to filter and save`, ""), "Values", () => [valuesTable(report)]);
+  const terms = report.json.glossary ?? [];
+  if (terms.length > 0) add(folded("glossary", "Glossary", `${terms.length} terms`, ""), "Glossary", () => [glossary(report)]);
+  add(folded("manifest", "Manifest", "the machine, the program and the campaign behind these figures", ""), "Manifest", () => [plate(report), engines(report), manifestTable(report)]);
+  if (measured) add(folded("cite", "Cite these results", "", ""), "Cite", () => [citation(report)]);
   sectionBar(nav, links, (section) => address.at(section));
   tooltip.attach();
   drawWaiting();

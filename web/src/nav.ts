@@ -7,6 +7,7 @@ export function sectionBar(nav: HTMLElement, links: [id: string, name: string][]
   const anchors = [...list.querySelectorAll("a")];
   let current = -1;
   const mark = () => {
+    if (document.body.classList.contains("alone")) return; // of the parts none is there
     const line = nav.getBoundingClientRect().bottom + 0.25 * window.innerHeight;
     let found = -1;
     links.forEach(([id], index) => {

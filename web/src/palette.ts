@@ -51,6 +51,9 @@ export class Palette {
   // Contenders shown when the report opens.
   get first(): string[] {
     const names = [...new Set(this.report.contenders.map((contender) => this.report.varied(contender.name)))];
+    // Where each has a point or two, all are read at once.
+    const steps = Math.max(0, ...(this.report.json.views ?? []).map((view) => new Set(view.points.filter((point) => point.speed).map((point) => point.timestep_ms)).size));
+    if (steps === 1) return names;
     return names.filter((name) => this.report.json.looks?.[name]?.first ?? true);
   }
 }

@@ -1,71 +1,18 @@
 // The reader's question: which engine, within limits of the reader's own?
-import { isUsual, limitText, relaxedLimits, Words, type Asked, type Limits, type Pick } from "./answer";
+import { isUsual, limitText, pick, relaxedLimits, Words, type Asked, type Limits, type Pick } from "./answer";
 import { valueInfo, type LeftOut, type Report, type SystemView } from "./data";
 import { clear, el } from "./dom";
 import { onRestored } from "./address";
-import { unitText } from "./format";
+import { plain, timestep, unitText } from "./format";
 import type { Palette } from "./palette";
 import { swatch } from "./plots/legend";
 import { answerLine } from "./recommendation";
 import { state, type Question } from "./state";
 import { scrollFrame, sortableTable, type Column } from "./tables/sortable";
+import { firstQuestion, wishes } from "./wishes";
 
 export function canPick(report: Report): boolean {
   return report.answered.some((view) => view.json.candidates.length > 0);
-}
-
-// The one that the system's card answers first.
-export function firstQuestion(view: SystemView): Question {
-  const first = view.json.card.answers.find((one) => Object.keys(one.limits ?? {}).length > 0 || (one.realtime ?? null) !== null);
-  // the error that the system is judged by, then what is limited of contacts, as the command has it
-  const place = (name: string) => (name === view.json.main ? -1 : view.json.usual.findIndex((one) => one.value === name));
-  const limits = Object.entries(first?.limits ?? {}).sort(([a], [b]) => place(a) - place(b));
-  return { system: view.system, limits, realtime: first ? (first.realtime ?? null) : 1 };
-}
-
-// What a reader has set, over all systems: by what a limit is for, the largest, or null for one that was taken away.
-// Another system is asked the same, as far as it has the values.
-class Wishes {
-  private readonly limits = new Map<string, number | null>();
-  private rate: number | null | undefined;
-
-  // The error that a system is judged by is another value on another system, as the penetration of older results is.
-  private static role(view: SystemView, name: string): string {
-    if (name === view.json.main) return `error in ${valueInfo(name).unit}`;
-    return view.json.usual.find((one) => one.value === name)?.option ?? name;
-  }
-
-  // From what differs from the system's first question.
-  learn(view: SystemView, question: Question): void {
-    const first = firstQuestion(view);
-    for (const name of view.json.errors) {
-      const own = question.limits.find(([each]) => each === name)?.[1];
-      const usual = first.limits.find(([each]) => each === name)?.[1];
-      const role = Wishes.role(view, name);
-      if (own === usual) this.limits.delete(role);
-      else this.limits.set(role, own ?? null);
-    }
-    this.rate = question.realtime === first.realtime ? undefined : question.realtime;
-  }
-
-  of(view: SystemView): Question {
-    const first = firstQuestion(view);
-    const limits: [string, number][] = [];
-    for (const name of new Set([...first.limits.map(([each]) => each), ...view.json.errors])) {
-      const wish = this.limits.get(Wishes.role(view, name));
-      const largest = wish === undefined ? first.limits.find(([each]) => each === name)?.[1] : wish;
-      if (largest !== undefined && largest !== null) limits.push([name, largest]);
-    }
-    return { system: view.system, limits, realtime: this.rate === undefined ? first.realtime : this.rate };
-  }
-}
-
-let asked: (question: Question) => void = () => undefined;
-
-// Puts a question to the picker and shows it.
-export function ask(question: Question): void {
-  asked(question);
-  document.getElementById("pick")?.scrollIntoView();
 }
 
 // A limit as the reader types it: the largest unit in which it is at least 1.
@@ -89,13 +36,18 @@ export function picker(report: Report, palette: Palette): HTMLElement {
   const rate = el("input", { type: "number", min: 0, step: "any", id: "pick-realtime", placeholder: "any", inputmode: "decimal" });
   const found = el("div", { class: "pick-answer", "aria-live": "polite" });
 
-  const wishes = new Wishes();
-  wishes.learn(viewOf(question.system), question);
+  // `redraw`: the form too, which a reader who types in it keeps as it is.
+  let typing = false;
   const change = (next: Question, redraw: boolean, learn = true) => {
     question = state.question = next;
-    if (learn) wishes.learn(viewOf(next.system), next);
+    typing = !redraw;
+    if (learn) wishes.ask(viewOf(next.system), next);
+    else show();
+    typing = false;
     state.kept();
-    if (redraw) form();
+  };
+  const show = () => {
+    if (!typing) form();
     draw();
   };
   const limitable = (view: SystemView) => view.json.errors.filter((name) => valueInfo(name).limit);
@@ -124,7 +76,7 @@ export function picker(report: Report, palette: Palette): HTMLElement {
       error.addEventListener("input", typed);
       unit.addEventListener("change", typed);
       remove.addEventListener("click", () => change({ ...question, limits: question.limits.filter((_, at) => at !== index) }, true));
-      limits.append(el("div", { class: "pick-limit" }, measure, el("span", {}, "at most"), el("span", { class: "limit" }, error, unit), remove));
+      limits.append(el("div", { class: "pick-limit" }, measure, el("span", { "aria-hidden": "true" }, "≤"), el("span", { class: "limit" }, error, unit), remove));
     });
     more.hidden = question.limits.length >= names.length;
   };
@@ -166,8 +118,9 @@ export function picker(report: Report, palette: Palette): HTMLElement {
       const details = el("button", { type: "button", class: "link", click: () => open(best) }, "Details");
       found.append(
         el("p", { class: "pick-best", "data-contender-of": contender, "data-timestep": step }, swatch(palette, contender), " ", el("strong", {}, answer.heading), " ", details),
-        el("ul", { class: "pick-facts" }, ...answer.lines.map(answerLine)),
-        el("details", {}, el("summary", {}, `${each.heading} (${passing.length})`), ...each.lines.map(({ text }) => el("p", { class: "quiet" }, text)), scrollFrame(each.heading, "", contenders(words, each.columns, passing))),
+        ...whatIf(best),
+        full(el("ul", { class: "pick-facts" }, ...answer.lines.map(answerLine))),
+        el("details", { class: "pick-each" }, el("summary", {}, `${each.heading} (${passing.length})`), ...each.lines.map(({ text }) => el("p", { class: "quiet" }, text)), scrollFrame(each.heading, "", contenders(words, each.columns, passing))),
       );
     } else {
       found.append(el("p", { class: "pick-none" }, ...words.nonePieces().map(({ text, relax }) => (relax ? relaxer(relaxedLimits(limits, relax), text) : text))));
@@ -176,6 +129,26 @@ export function picker(report: Report, palette: Palette): HTMLElement {
     if (grounds.length > 0) found.append(el("details", { class: "pick-grounds" }, el("summary", {}, words.say("grounds")), ...grounds.map((text) => el("p", { class: "quiet" }, text))));
     const left = words.leftOut();
     if (left.length > 0) found.append(excluded(words.say("left_out"), left));
+  };
+  // The facts of the answer, which stay open from one answer to the next.
+  let isFull = false;
+  const full = (facts: HTMLElement) => {
+    const box = el("details", { class: "pick-full", open: isFull }, el("summary", {}, "Settings, intervals and margin"), facts);
+    box.addEventListener("toggle", () => (isFull = box.open));
+    return box;
+  };
+  // What accepting ten times the first limit would bring.
+  const whatIf = (best: Pick) => {
+    const [first, ...others] = question.limits;
+    if (!first) return [];
+    const [name, largest] = first;
+    const next: [string, number][] = [[name, Number((10 * largest).toPrecision(12))], ...others];
+    const view = viewOf(question.system);
+    const [other] = pick(view, { asked: next.map(([each, most]) => ({ name: each, largest: most, text: "" })), realtime: question.realtime }).passing;
+    if (!other || other === best) return [];
+    const click = () => change({ ...question, limits: next }, true);
+    const faster = other.speed.value / best.speed.value;
+    return [el("p", { class: "pick-what-if" }, el("button", { type: "button", class: "link", click }, `Accept ${limitText(view, name, next[0]![1])}`), `: ${plain(faster, 2)} times faster, ${other.point.contender} at ${timestep(other.point.timestep_ms)} ms`)];
   };
   // Asks with these limits.
   const relaxer = (limits: Limits, text: string) => {
@@ -200,19 +173,22 @@ export function picker(report: Report, palette: Palette): HTMLElement {
     const points = left.reduce((sum, one) => sum + one.steps.length, 0);
     return el("details", { class: "pick-excluded" }, el("summary", {}, `${title} (${points} points)`), scrollFrame(title, "", sortableTable(columns, left)));
   };
-  asked = (next) => change(next, true);
   onRestored(() => {
     if (!state.question || !views.some((view) => view.system === state.question?.system)) return;
     question = state.question;
-    wishes.learn(viewOf(question.system), question);
-    form();
-    draw();
+    wishes.ask(viewOf(question.system), question);
   });
-  form();
-  draw();
+  // Another part of the page asks: of the system that it is about.
+  wishes.subscribe(() => {
+    if (!typing && state.question && views.some((view) => view.system === state.question?.system)) question = state.question;
+    show();
+  });
+  if (state.question?.system === question.system) wishes.ask(viewOf(question.system), question);
+  else show();
   return el(
     "div",
-    { class: "panel picker" },
+    { class: "panel picker", id: "pick" },
+    el("h2", {}, "Which engine within your limits?"),
     el("form", { class: "question", submit: (event: Event) => event.preventDefault() }, el("label", {}, "System ", system), limits, more, el("label", {}, "Real time at least ", el("span", { class: "limit" }, rate, "×"))),
     found,
   );

@@ -7,6 +7,7 @@ export interface Choice {
   system: string;
   contender: string;
   timestep: number; // ms
+  why?: string; // what the reader asked about it
 }
 
 // What the picker asks: the largest values that the reader accepts, in SI units, and the least realtime factor.

@@ -2,6 +2,10 @@
 import { outcomeCounts } from "./analysis";
 import { valueInfo, type System, type SystemView } from "./data";
 import { el } from "./dom";
+import { questionText, shortAnswer } from "./answers";
+import { fold } from "./fold";
+import { kTwin } from "./grades";
+import { LimitSlider } from "./limit";
 import { modelNotes } from "./notes";
 import type { Palette } from "./palette";
 import { agreementPanel } from "./plots/agreement";
@@ -16,6 +20,7 @@ import { state } from "./state";
 import { dampingTable } from "./tables/damping";
 import { graspTable } from "./tables/grasp";
 import { Matrix } from "./tables/matrix";
+import { wishes } from "./wishes";
 
 // `all` are hinges and slides; results before version 0.2 do not say how many of them are slides.
 function joints(all: number, slides: unknown): string {
@@ -48,10 +53,17 @@ function systemFacts(system: System): HTMLElement {
   return list;
 }
 
-// Fills `section` with its head and plots; what comes below them is drawn by the functions returned, in their order.
+// What the program says besides of the system: other questions and what to know of the answer.
+function others(view: SystemView): HTMLElement {
+  const rest = view.json.card.answers.filter((one) => Object.keys(one.limits ?? {}).length === 0 || one.realtime !== null);
+  return el("ul", { class: "other-answers" }, ...rest.map((one) => el("li", { "data-answer": one.id }, `${one.question}: `, one.contender ? el("b", {}, one.text) : one.text)), view.json.card.caveat ? el("li", {}, view.json.card.caveat) : null);
+}
+
+// Fills `section` with its head, answer and plot; what comes below them is drawn by the functions returned, in their order.
 export function fillSystem(section: HTMLElement, view: SystemView, system: System, palette: Palette): (() => void)[] {
   const drawn = view.report.json.pictures?.find((candidate) => candidate.system === view.system);
-  const head = el("div", { class: "system-head" }, el("div", {}, el("h2", {}, view.system), systemFacts(system), modelNotes(system.facts["notes"])), drawn ? picture(drawn, 110, 74) : "");
+  const twin = view.report.mainSystems.find((other) => kTwin.test(other.name) && other.name.replace(kTwin, "") === view.system);
+  const head = el("div", { class: "system-head" }, el("div", {}, el("h2", {}, view.system), systemFacts(system), modelNotes(system.facts["notes"]), twin ? el("p", { class: "twin" }, el("a", { href: `#${twin.name}` }, `${twin.name}: the same robot without gravity and contacts, against a reference solution`)) : null), drawn ? picture(drawn, 110, 74) : "");
   section.replaceChildren(head);
   if (view.cells.length === 0) {
     section.append(el("p", { class: "quiet" }, "No cell of this system has been run yet."));
@@ -71,34 +83,63 @@ export function fillSystem(section: HTMLElement, view: SystemView, system: Syste
     return [];
   }
   const wanted = state.measures.get(view.system) ?? "";
-  let chosen = measures.includes(wanted) ? wanted : (view.json.main ?? measures[0] ?? "");
+  let chosen = measures.includes(wanted) ? wanted : (plotted(view, measures) ?? "");
   let matrix: Matrix | null = null;
-  const plots = el("div", { class: "plots" });
   let front = frontList(view, palette, chosen);
+  const main = el("div", { class: "system-main" });
+  const asked = el("div", { class: "system-answer", "aria-live": "polite" });
+  const answer = () => asked.replaceChildren(el("span", { class: "asked" }, questionText(view)), ...shortAnswer(view, palette).filter((child): child is Node => child instanceof Node));
+  answer();
+  wishes.subscribe(answer);
   if (measures.length > 0) {
+    const slider = new LimitSlider(view, chosen);
     const plot = new SpeedAccuracy(view, palette, chosen, measures, (name) => {
       chosen = name;
+      slider.select(name);
       matrix?.select(name);
       const next = frontList(view, palette, name);
       front.replaceWith(next);
       front = next;
     });
-    plots.append(plot.element);
+    plot.element.querySelector("figcaption")?.after(el("div", { class: "ask-row" }, slider.element, asked));
+    main.append(plot.element);
   }
-  plots.append(el("div", { class: "beside" }, bars(view, palette), measures.length > 0 ? front : null));
-  const body = el("div", { class: "system-main" }, plots);
-  section.append(el("div", { class: "system-body" }, legend(view, palette), body));
+  // A legend stands beside what it is of.
+  const body = el("div", { class: "system-body" }, legend(view, palette), main);
+  if (measures.length > 0) section.append(body);
+  const folds = el("div", { class: "folds" });
+  section.append(folds);
   const agreement = view.report.json.agreement?.find((candidate) => candidate.system === view.system);
-  const append = (make: () => HTMLElement | null) => () => {
+  const add = (title: string, note: () => string, make: () => HTMLElement | null) => () => {
     const made = make();
-    if (made) body.append(made);
+    if (made) folds.append(fold(title, note(), made));
   };
+  const speedSteps = view.timesteps("raw_speed").length;
+  const beside = () => speedSteps === 0 && measures.length === 0 ? null : el("div", { class: "beside" }, bars(view, palette), measures.length > 0 ? front : null);
+  const settings = view.contenders.length;
   return [
-    append(() => replayPanel(view, palette)),
-    append(() => graspTable(view, palette)),
-    append(() => (agreement && agreement.contenders.length > 1 ? agreementPanel(agreement, palette) : null)),
-    append(() => dampingPlot(view, palette)),
-    append(() => dampingTable(view, palette)),
-    append(() => (matrix = new Matrix(view, palette, chosen)).element),
+    () => {
+      const replay = replayPanel(view, palette);
+      if (!replay) return;
+      main.append(replay);
+      if (!body.isConnected) folds.before(body);
+    },
+    add("Raw speed and the front", () => (speedSteps > 0 ? `steps a second at ${speedSteps} timesteps; ${(view.json.fronts[chosen] ?? []).length} points are unbeaten` : "not timed"), beside),
+    add("Grasps", () => "from how many starts the object was held", () => graspTable(view, palette)),
+    add("Agreement", () => "which engines compute the same motion, and until when", () => (agreement && agreement.contenders.length > 1 ? agreementPanel(agreement, palette) : null)),
+    add("Hidden damping", () => "energy that no model takes away", () => {
+      const both = [dampingPlot(view, palette), dampingTable(view, palette)].filter((one): one is HTMLElement => one !== null);
+      return both.length > 0 ? el("div", {}, ...both) : null;
+    }),
+    add("All figures", () => `${view.json.values.length} values of ${settings} contenders, by timestep`, () => (matrix = new Matrix(view, palette, chosen)).element),
+    () => folds.append(fold("Other answers", "most accurate in real time, largest sound timestep", others(view))),
   ];
+}
+
+// The value that the plot begins with: the one that the system is judged by, unless it asks for no choice.
+function plotted(view: SystemView, measures: string[]): string | undefined {
+  const { main } = view.json;
+  if (!main) return measures[0];
+  // Of a front of one point the fastest is the most accurate, too: contacts tell more then.
+  return (view.json.fronts[main] ?? []).length > 1 ? main : (view.json.usual.map((one) => one.value).find((name) => measures.includes(name)) ?? main);
 }

@@ -20,6 +20,7 @@ interface Curve {
 }
 
 const kMega = 1e6;
+const kAsked = 4096; // worlds that the reader is shown first, where they were run
 
 // What a plot shows against the number of worlds.
 interface Shown {
@@ -66,6 +67,12 @@ function placeOf(batches: Batches, row: BatchRow): string {
 function thousands(value: number): string {
   if (value >= kMega) return `${plain(value / kMega, 1)} M`;
   return value >= 1000 ? `${plain(value / 1000, 1)} k` : plain(value, 1);
+}
+
+// With three digits: 2.61 M.
+function thousands3(value: number): string {
+  if (value >= kMega) return `${plain(value / kMega, 3)} M`;
+  return value >= 1e4 ? `${plain(value / 1000, 3)} k` : plain(value, 3);
 }
 
 function megabytes(bytes: number | null | undefined): string {
@@ -190,6 +197,27 @@ function table(batches: Batches, palette: Palette): HTMLTableElement {
   return sortableTable(columns, rows);
 }
 
+// The fastest at a number of worlds, which the reader chooses.
+function fastestOf(batches: Batches, palette: Palette): HTMLElement {
+  const rated = batches.rows.filter((row) => positive(row, "batch_rate") !== null);
+  const counts = [...new Set(batches.rows.map((row) => row.worlds))].sort((a, b) => a - b);
+  const begin = counts.includes(kAsked) ? kAsked : counts[counts.length - 1];
+  const select = el("select", { "aria-label": `Worlds of ${batches.system}` }, ...counts.map((count) => el("option", { value: count, selected: count === begin }, String(count))));
+  const answer = el("span", { "aria-live": "polite" });
+  const update = () => {
+    const there = rated.filter((row) => row.worlds === Number(select.value)).sort((a, b) => positive(b, "batch_rate")! - positive(a, "batch_rate")!);
+    const [best, next] = there;
+    if (!best) return answer.replaceChildren("No contender has a rate there.");
+    const rate = best.values["batch_rate"]!;
+    const range = rate.low !== null && rate.high !== null ? ` (${thousands3(rate.low)} to ${thousands3(rate.high)})` : "";
+    const ahead = next ? `, ${plain(rate.value! / positive(next, "batch_rate")!, 2)} times ${nameOf(batches, next)}` : ", the only one";
+    return answer.replaceChildren(swatch(palette, best.contender), " ", el("b", {}, nameOf(batches, best)), ` ${thousands3(rate.value!)} world-steps a second${range}${ahead}`);
+  };
+  select.addEventListener("change", update);
+  update();
+  return el("p", { class: "batch-answer", "data-system": batches.system }, el("b", {}, batches.system), ": fastest for ", select, " worlds: ", answer);
+}
+
 export function batchPanels(report: Report, palette: Palette): HTMLElement[] {
   return (report.json.batches ?? []).map((batches) => {
     const csv = () => [
@@ -211,6 +239,7 @@ export function batchPanels(report: Report, palette: Palette): HTMLElement[] {
     return el(
       "div",
       { class: "batch-parts", "data-system": batches.system },
+      fastestOf(batches, palette),
       panel(kRate),
       panel(kLatency),
       el("div", { class: "panel matrix-panel" }, scrollFrame(`Many worlds on ${batches.system}, by contender and number of worlds`, "Not comparable with the speed of one world in the sections above: those time single steps of one world on one core.", table(batches, palette))),

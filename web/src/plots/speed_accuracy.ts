@@ -3,14 +3,17 @@
 import { line } from "d3-shape";
 
 import { onRestored } from "../address";
+import { exceeds } from "../answer";
 import { isReference, valueInfo, type Cell, type Outcome, type Speed, type SystemView } from "../data";
 import { clear, el, onWidth, svg, textWidth, uniqueId } from "../dom";
 import { downloads, type CsvRow } from "../download";
-import { figure, hasPrefixes, interval, named, quantity, realtime, sentenceList, timestep, timestepRange, unitText } from "../format";
-import type { Palette } from "../palette";
+import { belowFloor, figure, floorText, hasPrefixes, interval, named, quantity, realtime, timestep, timestepRange, unitText } from "../format";
+import { markPath, type Palette } from "../palette";
 import { markContenders, state } from "../state";
 import { facts, tooltip } from "../tooltip";
+import { wishes } from "../wishes";
 import { errorLabel, factorLabel, frameOf, grid, logScale, ticks, type LogScale } from "./axes";
+import { keyStrip, type KeyEntry } from "./key";
 import { endLabels } from "./labels";
 
 interface Point {
@@ -42,15 +45,12 @@ const kOutcomeMarks: Partial<Record<Outcome, string>> = {
   timeout: "M-4,-5H4L-4,5H4Z",
   crashed: "M-4,-4H4V4H-4ZM-4,-4L4,4M-4,4L4,-4",
 };
-const kOutcomeWords: Partial<Record<Outcome, string>> = {
-  diverged: "a cross is diverged", unstable: "a plus unstable", timeout: "an hourglass out of time", crashed: "a crossed box crashed",
-}; // prettier-ignore
+const kOutcomeWords: Partial<Record<Outcome, string>> = { diverged: "diverged", unstable: "unstable", timeout: "out of time", crashed: "crashed" };
 
 const kReach = 26; // px around a point that a mouse reaches
 const kFinger = 32; // px that a tap reaches
 const kNarrow = 440; // px that a plot has without its axes
 const kFailBand = 26; // room above the plot for points without a value
-const kNamedInNote = 3; // contenders; more are a list to open
 const kZeroBand = 22; // room below it for errors of exactly zero
 
 // Timesteps of a contender's points that have an error and no speed, and whether other points of it are shown.
@@ -172,6 +172,7 @@ interface Frame {
 export class SpeedAccuracy {
   readonly element: HTMLElement;
   private readonly canvas = el("div", { class: "canvas" });
+  private readonly key = el("ul", { class: "plot-key", "aria-label": "Marks of the plot" });
   private readonly note = el("p", { class: "quiet note" });
   private readonly lists = el("div", { class: "quiet note" });
   private readonly meaning = el("p", { class: "sub" });
@@ -179,11 +180,17 @@ export class SpeedAccuracy {
   private series: Series[] = [];
   private cursor: Point | null = null;
   private overlay: SVGGElement | null = null;
+  private answer: SVGGElement | null = null;
+  private scale: LogScale | null = null; // of errors
+  private onFront = new Set<string>();
   private front: SVGPathElement | null = null;
   private names: SVGGElement | null = null;
   private frame: Frame | null = null;
   private taken: Frame[] = []; // what the names must not cover
   private labelled = "";
+  private answerBox: Frame | null = null; // of its name
+  private readonly marks = new Map<Point, SVGElement>();
+  private collected: ({ name: string } & ReturnType<typeof collect>) | null = null;
 
   constructor(
     private readonly view: SystemView,
@@ -219,32 +226,73 @@ export class SpeedAccuracy {
     this.element = el(
       "figure",
       { class: "panel accuracy-panel" },
-      el("figcaption", {}, downloads(() => `${this.view.system}-${this.name}`, this.canvas, () => this.rows()), el("h3", {}, "Speed and accuracy"), this.meaning, names.length > 1 ? choices : null),
+      el("figcaption", {}, downloads(() => `${this.view.system}-${this.name}`, this.canvas, () => this.rows()), el("h3", {}, "Speed and accuracy")),
+      names.length > 1 ? choices : null,
       this.canvas,
+      this.key,
+      this.meaning,
       this.note,
       this.lists,
     );
     this.redraw = onWidth(this.canvas, (width) => this.draw(width));
-    state.subscribe(() => this.mark());
+    let shown = state.shownKey;
+    state.subscribe(() => {
+      // The axes are cut to what is shown.
+      if (shown === state.shownKey) return this.mark();
+      shown = state.shownKey;
+      this.redraw();
+    });
     state.onChoice(() => this.mark());
+    let answering = this.answerLine;
+    wishes.subscribe(() => {
+      if (answering === this.answerLine) {
+        this.drawAnswer();
+        this.label();
+        return this.mark();
+      }
+      answering = this.answerLine;
+      this.redraw();
+    });
+  }
+
+  private get best() {
+    return wishes.answer(this.view).found.passing[0]?.point ?? null;
+  }
+
+  // The line of the answer, which is shown whatever the legend says.
+  private get answerLine(): string {
+    return this.best ? this.view.report.varied(this.best.contender) : "";
+  }
+
+  // Of a contender that the legend does not show, the answer's line stands in the plot, else its points on the front.
+  private isWhole(one: Series): boolean {
+    return !state.isHidden(one.contender) || one.contender === this.answerLine;
+  }
+
+  private shownOf(one: Series): Point[] {
+    if (this.isWhole(one)) return [...one.points, ...one.others];
+    return [...one.points, ...one.others].filter((point) => point.error !== null && this.onFront.has(`${point.contender} ${point.timestep}`));
   }
 
   private draw(width: number): void {
     const info = valueInfo(this.name);
     const unit = this.view.unit(this.name);
-    const { series, unplaced, failed } = collect(this.view, this.name);
+    if (this.collected?.name !== this.name) this.collected = { name: this.name, ...collect(this.view, this.name) };
+    const { series, unplaced, failed } = this.collected;
     this.series = series;
+    this.onFront = new Set((this.view.json.fronts[this.name] ?? []).map(({ point }) => this.view.json.points[point]!).map((point) => `${point.contender} ${point.timestep_ms}`));
     this.meaning.textContent = `${info.label}: ${info.meaning}.`;
     clear(this.canvas);
     const everything = series.flatMap((one) => [...one.points, ...one.others]);
-    const valued = everything.filter((point) => point.error !== null && point.error > 0);
+    // The axes are cut to what is seen; all of them where the legend hides all.
+    const visible = series.flatMap((one) => this.shownOf(one));
+    const seen = visible.length > 0 ? visible : everything;
+    const isBelow = (point: Point) => point.error !== null && (point.error === 0 || belowFloor(point.error, unit));
+    const valued = seen.filter((point) => point.error !== null && !isBelow(point));
     const notes: string[] = [];
-    clear(this.lists);
+    const absent: HTMLElement[] = [];
     const list = (what: string, contenders: string[]) => {
-      if (contenders.length === 0 || everything.length === 0) return;
-      const names = `${contenders.join(", ")}.`;
-      if (contenders.length <= kNamedInNote) notes.push(`${what}: ${names}`);
-      else this.lists.append(el("details", {}, el("summary", {}, `${what}: ${contenders.length} contenders`), names));
+      if (contenders.length > 0 && everything.length > 0) absent.push(el("p", {}, `${what}: ${contenders.join(", ")}.`));
     };
     const written = (some: Unplaced[]) => some.map((one) => `${one.contender} (${one.range})`);
     list("Not shown, because no speed is known", written(unplaced.filter((one) => !one.partly)));
@@ -254,6 +302,12 @@ export class SpeedAccuracy {
     if (ranges.size === 1) list(`Not shown at ${[...ranges][0]}, where no speed is known`, partly.map((one) => one.contender));
     else list("Shown but for these timesteps, where no speed is known", written(partly));
     list("Neither speed nor error", failed);
+    const missing = new Set([...unplaced.map((one) => one.contender), ...failed]).size;
+    clear(this.lists);
+    if (absent.length > 0) this.lists.append(el("details", {}, el("summary", {}, `Not all in the plot: ${missing} of ${this.view.lines.length} contenders`), ...absent));
+    this.key.replaceChildren();
+    this.marks.clear();
+    this.answer = this.overlay = this.names = null;
     if (everything.length === 0) {
       this.canvas.append(el("p", { class: "quiet empty" }, `Nothing to place: no contender has both a ${info.label.toLowerCase()} and a timing here.`));
       this.note.textContent = notes.join(" ");
@@ -262,26 +316,23 @@ export class SpeedAccuracy {
     }
 
     const timed = this.view.isTimed;
-    const hasZero = everything.some((point) => point.error === 0);
-    const hasFailed = everything.some((point) => point.error === null);
-    const height = Math.round(Math.max(380, Math.min(600, 0.66 * window.innerHeight, 0.62 * width)));
+    const hasZero = seen.some(isBelow);
+    const hasFailed = seen.some((point) => point.error === null);
+    const height = Math.round(Math.max(340, Math.min(560, 0.55 * window.innerHeight, 0.7 * width)));
     const frame: Frame = {
       left: 64,
       right: width - 14,
       top: hasFailed ? kFailBand + 6 : 10,
       bottom: height - 50 - (hasZero ? kZeroBand : 0),
     };
-    const speeds = everything.map((point) => point.along);
-    const x = logScale(speeds, [frame.left, frame.right], 1);
+    const x = logScale(seen.map((point) => point.along), [frame.left, frame.right], 1);
     const errors = valued.map((point) => point.error!);
-    // Floors widen the plot by two decades at most: below that they say that there is no floor worth a look.
-    const least = Math.min(...(errors.length > 0 ? errors : [1e-3]));
-    const floors = series.map((one) => one.floor ?? 0).filter((floor) => floor > least / 100);
-    const y = logScale(errors.length > 0 ? [...errors, ...floors] : [1e-3], [frame.bottom, frame.top], 2);
+    const y = logScale(errors.length > 0 ? errors : [1e-3], [frame.bottom, frame.top], 2);
+    this.scale = y;
     for (const point of everything) {
       point.x = x(point.along);
       if (point.error === null) point.y = frame.top - kFailBand / 2 - 2;
-      else if (point.error === 0) point.y = frame.bottom + kZeroBand / 2 + 2;
+      else if (isBelow(point)) point.y = frame.bottom + kZeroBand / 2 + 2;
       else point.y = y(point.error);
     }
 
@@ -302,7 +353,7 @@ export class SpeedAccuracy {
     if (hasZero) {
       drawing.append(
         svg("rect", { class: "zero-band", x: frame.left, y: frame.bottom + 2, width: frame.right - frame.left, height: kZeroBand }),
-        svg("text", { class: "band-label", x: frame.left - 8, y: frame.bottom + kZeroBand / 2 + 6, "text-anchor": "end" }, "exactly 0"),
+        svg("text", { class: "band-label", x: frame.left - 8, y: frame.bottom + kZeroBand / 2 + 6, "text-anchor": "end" }, seen.some((point) => point.error !== 0 && isBelow(point)) ? floorText(unit).replace("below", "<") : "exactly 0"),
       );
     }
 
@@ -330,7 +381,7 @@ export class SpeedAccuracy {
       const at = Math.round(x(1)) + 0.5;
       // The label stands at the end of the line where fewer points are.
       const crowd = (top: number) =>
-        everything.filter((point) => point.x > at - 8 && point.x < at + 22 && point.y > top - 10 && point.y < top + 70).length;
+        seen.filter((point) => point.x > at - 8 && point.x < at + 22 && point.y > top - 10 && point.y < top + 70).length;
       const top = crowd(frame.bottom - 60) <= crowd(frame.top) ? frame.bottom - 8 : frame.top + 58;
       this.taken.push({ left: at, right: at + 15, top: top - 52, bottom: top });
       drawing.append(
@@ -338,7 +389,8 @@ export class SpeedAccuracy {
         svg("text", { class: "realtime-label", transform: `translate(${at + 11},${top}) rotate(-90)` }, "real time"),
       );
     }
-    const guide = orderGuide(x, y, everything, frame);
+    // Only an error of integration has an order.
+    const guide = /^(truth_error|consistency)/.test(this.name) ? orderGuide(x, y, seen, frame) : svg("g");
     drawing.append(guide);
     for (const text of guide.querySelectorAll("text")) {
       const width = textWidth(text.textContent ?? "", 11);
@@ -356,13 +408,15 @@ export class SpeedAccuracy {
     const [lowest = 0, highest = 0] = y.domain();
     for (const one of series) {
       const look = this.palette.look(one.contender);
-      const group = svg("g", { class: "series", "data-contender": one.contender, style: `--line:${look.color}` });
+      const frontOnly = !this.isWhole(one);
+      const kept = frontOnly && this.shownOf(one).length > 0;
+      const group = svg("g", { class: `series${one.contender === this.answerLine ? " answering" : ""}${kept ? " front-only" : ""}`, "data-contender": one.contender, style: `--line:${look.color}` });
       if (one.floor !== null && one.floor > lowest && one.floor < highest) {
         const at = y(one.floor);
         group.append(svg("line", { class: "floor", x1: frame.left, x2: frame.right, y1: at, y2: at }));
       }
       for (const point of one.others) {
-        group.append(svg("circle", { class: `setting${point.error === 0 || point.sound ? "" : " unsound"}`, cx: point.x, cy: point.y, r: 1.8, "data-timestep": point.timestep }));
+        group.append(svg("circle", { class: `setting${this.onFront.has(`${point.contender} ${point.timestep}`) ? " on-front" : ""}${point.error === 0 || point.sound ? "" : " unsound"}`, cx: point.x, cy: point.y, r: 1.8, "data-timestep": point.timestep }));
       }
       // A line stops at a point without a value and goes on after it.
       let run: Point[] = [];
@@ -388,54 +442,94 @@ export class SpeedAccuracy {
         if (bars) group.append(svg("path", { class: "interval", d: bars, "clip-path": `url(#${clip})` }));
         const hollow = point.speed !== null && !point.speed.timed;
         const pale = isNearFloor(point, this.name) || !point.sound;
-        group.append(
-          svg("path", { class: `mark${hollow ? " hollow" : ""}${pale ? " pale" : ""}${point.sound ? "" : " unsound"}`, d: look.path(46 * (point.timestep === 1 ? 2 : 1)), transform: `translate(${point.x},${point.y}) rotate(${look.turn})`, "data-timestep": point.timestep }),
-        );
+        const mark =
+          svg("path", { class: `mark${this.onFront.has(`${point.contender} ${point.timestep}`) ? " on-front" : ""}${hollow ? " hollow" : ""}${pale ? " pale" : ""}${point.sound ? "" : " unsound"}`, d: look.path(46 * (point.timestep === 1 ? 2 : 1)), transform: `translate(${point.x},${point.y}) rotate(${look.turn})`, "data-timestep": point.timestep });
+        group.append(mark);
+        this.marks.set(point, mark);
         if (isBound(point, this.name)) group.append(svg("path", { class: "bound", d: "M0,5V13M-3,9.5L0,13L3,9.5", transform: `translate(${point.x},${point.y})` }));
         if (!point.sound) group.append(svg("path", { class: "strike", d: "M-5.5,5.5L5.5,-5.5", transform: `translate(${point.x},${point.y})` }));
       }
       drawing.append(group);
     }
     this.names = svg("g");
+    this.answer = svg("g", { class: "answer-marks" });
     this.overlay = svg("g", { class: "overlay" });
-    drawing.append(this.names, this.overlay);
+    drawing.append(this.names, this.answer, this.overlay);
     this.frame = frame;
     this.listen(drawing);
     this.canvas.append(drawing);
     this.labelled = "";
 
-    if (everything.some((point) => point.error !== null && !point.sound)) {
-      notes.push("Struck markers are not sound: a measure failed at this or a smaller timestep.");
-    }
-    if (hasFailed) {
-      const words = [...new Set(everything.filter((point) => point.error === null).map((point) => kOutcomeWords[point.cell.outcome]))];
-      notes.push(`Marks above the plot, where a dotted line ends: the run failed at that timestep (${words.filter(Boolean).join(", ")}); “What failed” says why.`);
-    }
-    if (series.some((one) => one.swept)) {
-      notes.push("Where settings were swept, a line is the contender's own front over timesteps and settings, and the small dots are the settings and timesteps that it beats; point at a marker to see its settings.");
-    }
-    if (timed) notes.push("The broad grey line is the front of all contenders: no sound point beats it in both speed and error.");
-    const estimated = everything.filter((point) => point.speed && !point.speed.timed);
-    if (estimated.length > 0) {
-      notes.push(`Hollow markers: not timed at this timestep; the speed is interpolated between the timed timesteps on either side (${estimated.length} of ${everything.length} points).`);
-    }
-    const drawn = series.filter((one) => one.floor !== null && one.floor > lowest && one.floor < highest);
-    if (drawn.length > 0) notes.push("Faint horizontal lines: restart floors, near which an error says nothing of the timestep.");
-    if (everything.some((point) => isNearFloor(point, this.name))) notes.push("Pale markers: too close to the floor to tell timesteps apart. An arrow downward marks an upper bound.");
+    const drawn = series.filter((one) => this.isWhole(one) && one.floor !== null && one.floor > lowest && one.floor < highest);
+    this.drawKey(seen, drawn.length > 0, timed);
     const flat = this.name.startsWith("truth_error") ? series.filter((one) => this.view.single(one.contender, "truth_floor") !== null) : [];
-    if (flat.length > 0) {
-      notes.push(
-        `Flagged: the error of ${sentenceList(flat.map((one) => one.contender))} stops shrinking with the timestep, far above what rounding explains.`,
+    if (flat.length > 0) notes.push(`Stops shrinking with the timestep, far above rounding: ${flat.map((one) => one.contender).join(", ")}.`);
+    this.drawAnswer();
+    this.note.textContent = notes.join(" ");
+    this.note.hidden = notes.length === 0;
+    this.mark();
+  }
+
+  // What the marks stand for that are in the plot.
+  private drawKey(seen: Point[], floors: boolean, timed: boolean): void {
+    const dot = (x: number, kind = "", size = 30) => svg("path", { class: `mark${kind}`, d: markPath("circle", size), transform: `translate(${x},8)` });
+    const wire = () => svg("path", { class: "line", d: "M2,8H32" });
+    const series = (...parts: SVGElement[]) => [svg("g", { class: "sample", style: "--line:var(--soft)" }, ...parts)];
+    const entries: KeyEntry[] = [{ text: "timesteps, the smallest at the left", draw: () => series(wire(), dot(5), dot(17), dot(29)) }];
+    if (this.best) entries.push({ text: "the answer", draw: () => [svg("circle", { class: "answer-ring", cx: 17, cy: 8, r: 6.5 })] });
+    if (wishes.of(this.view).limits.some(([name]) => name === this.name)) entries.push({ text: "your limit", draw: () => [svg("line", { class: "limit-line", x1: 2, x2: 32, y1: 8, y2: 8 })] });
+    if (wishes.of(this.view).limits.some(([name]) => name !== this.name)) entries.push({ text: "beyond another limit", draw: () => series(dot(17, " misses", 60)) });
+    if (timed) entries.push({ text: "front: none is faster and more accurate", draw: () => [svg("path", { class: "front-line", d: "M2,4H18V12H32" })] });
+    if (seen.some((point) => point.timestep === 1)) entries.push({ text: "1 ms", draw: () => series(dot(17, "", 80)) });
+    const estimated = seen.filter((point) => point.speed && !point.speed.timed).length;
+    if (estimated > 0) entries.push({ text: `speed interpolated (${estimated} of ${seen.length})`, draw: () => series(dot(17, " hollow", 40)) });
+    if (seen.some((point) => point.error !== null && !point.sound)) entries.push({ text: "not sound", draw: () => series(dot(17, " pale", 46), svg("path", { class: "strike", d: "M-5.5,5.5L5.5,-5.5", transform: "translate(17,8)" })) });
+    if (this.series.some((one) => one.swept)) entries.push({ text: "settings beaten by others of theirs", draw: () => series(...[8, 17, 26].map((x) => svg("circle", { class: "setting", cx: x, cy: 8, r: 1.8 }))) });
+    if (seen.some((point) => isNearFloor(point, this.name))) entries.push({ text: "too near the floor to tell", draw: () => series(dot(17, " pale", 46)) });
+    if (seen.some((point) => isBound(point, this.name))) entries.push({ text: "upper bound", draw: () => series(dot(17, "", 30), svg("path", { class: "bound", d: "M0,2V8M-3,5L0,8L3,5", transform: "translate(17,8)" })) });
+    if (floors) entries.push({ text: "restart floor", draw: () => series(svg("line", { class: "floor", x1: 2, x2: 32, y1: 8, y2: 8 })) });
+    for (const outcome of new Set(seen.filter((point) => point.error === null).map((point) => point.cell.outcome))) {
+      entries.push({ text: kOutcomeWords[outcome] ?? outcome, draw: () => series(svg("path", { class: "failed", d: kOutcomeMarks[outcome] ?? kOutcomeMarks.diverged!, transform: "translate(17,8)" })) });
+    }
+    keyStrip(this.key, entries);
+  }
+
+  // The reader's limit as a line, what is beyond it shaded, and a ring with the name of what answers.
+  private drawAnswer(): void {
+    const { answer, frame, scale } = this;
+    if (!answer || !frame || !scale) return;
+    clear(answer);
+    this.answerBox = null;
+    const { limits } = wishes.of(this.view);
+    const largest = limits.find(([name]) => name === this.name)?.[1];
+    if (largest !== undefined) {
+      const at = Math.max(frame.top, Math.min(frame.bottom, scale(largest)));
+      answer.append(
+        svg("rect", { class: "beyond", x: frame.left, y: frame.top, width: frame.right - frame.left, height: Math.max(0, at - frame.top) }),
+        svg("line", { class: "limit-line", x1: frame.left, x2: frame.right, y1: at, y2: at, "data-limit": largest }),
       );
     }
-    const below = series.filter((one) => one.floor !== null && one.floor <= lowest).length;
-    if (below > 0) notes.push(`Restart floors below the plot: ${below === series.length ? "all" : `${below} of ${series.length}`}.`);
-    notes.unshift(
-      "A marker is a timestep, smaller ones at the left" + (everything.some((point) => point.timestep === 1) ? "; the large markers are 1 ms." : "."),
+    // What misses another limit is no answer however it lies here.
+    const others = limits.filter(([name]) => name !== this.name);
+    const { realtime: rate } = wishes.of(this.view);
+    for (const [point, mark] of this.marks) {
+      const known = this.view.point(point.contender, point.timestep);
+      const misses = others.some(([name, most]) => known?.worst?.[name] && exceeds(known.worst[name].value, most)) || (rate !== null && known?.speed && known.speed.value < rate);
+      mark.classList.toggle("misses", Boolean(misses));
+    }
+    const { best } = this;
+    const point = best && this.series.flatMap((one) => [...one.points, ...one.others]).find((one) => one.contender === best.contender && one.timestep === best.timestep_ms);
+    if (!best || !point) return;
+    const text = `${best.contender} at ${timestep(best.timestep_ms)} ms`;
+    const width = textWidth(text, 13) + 8;
+    const left = point.x + 14 + width > frame.right ? point.x - 14 - width : point.x + 14;
+    const near = Math.max(frame.left + 4, left);
+    const line = point.y - 12 < frame.top + 12 ? point.y + 20 : point.y - 8;
+    answer.append(
+      svg("circle", { class: "answer-ring", cx: point.x, cy: point.y, r: 10, "data-contender-of": best.contender, "data-timestep": best.timestep_ms }),
+      svg("text", { class: "answer-name", x: near, y: line }, text),
     );
-    this.note.textContent = notes.join(" ");
-    this.note.hidden = false;
-    this.mark();
+    this.answerBox = { left: near, right: near + width, top: line - 12, bottom: line + 3 };
   }
 
   private intervalPath(point: Point, x: LogScale, y: LogScale): string {
@@ -467,14 +561,14 @@ export class SpeedAccuracy {
   private label(): void {
     if (!this.names || !this.frame) return;
     clear(this.names);
-    const shown = this.series.filter((one) => !state.isHidden(one.contender));
-    const valued = (one: Series) => one.points.filter((point) => point.error !== null);
+    const shown = this.series.filter((one) => this.shownOf(one).length > 0);
+    const valued = (one: Series) => this.shownOf(one).filter((point) => point.error !== null && (this.isWhole(one) ? one.points.includes(point) : true));
     const lines = shown.filter((one) => valued(one).length > 0).map((one) => {
       const points = valued(one);
       const ends = [points[points.length - 1]!, points[0]!].map((point): [number, number] => [point.x, point.y]);
       return { name: one.contender, color: this.palette.look(one.contender).color, ends };
     });
-    this.names.append(endLabels(lines, shown.flatMap(valued).map((point) => [point.x, point.y]), this.frame, this.taken));
+    this.names.append(endLabels(lines, shown.flatMap(valued).map((point) => [point.x, point.y]), this.frame, this.answerBox ? [...this.taken, this.answerBox] : this.taken));
   }
 
   private rows(): CsvRow[] {
@@ -491,7 +585,7 @@ export class SpeedAccuracy {
   }
 
   private visible(): Point[] {
-    return this.series.filter((one) => !state.isHidden(one.contender)).flatMap((one) => [...one.points, ...one.others]);
+    return this.series.flatMap((one) => this.shownOf(one));
   }
 
   private listen(drawing: SVGSVGElement): void {
@@ -524,7 +618,7 @@ export class SpeedAccuracy {
       if (point) this.choose(point);
     });
     drawing.addEventListener("keydown", (event) => {
-      const shown = this.series.filter((one) => !state.isHidden(one.contender) && one.points.length > 0);
+      const shown = this.series.filter((one) => this.isWhole(one) && one.points.length > 0);
       if (event.key === "Escape") {
         if (!this.cursor) state.choose(null);
         return release();

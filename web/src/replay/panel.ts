@@ -8,6 +8,7 @@ import { swatch } from "../plots/legend";
 import { picture } from "../plots/picture";
 import { markContenders, state } from "../state";
 import { onTheme } from "../theme";
+import { wishes } from "../wishes";
 import { Clock } from "./clock";
 import { canUnpack, distances, farthest, Motions, unpackPictures, type Motion, type Replay } from "./decode";
 import { DistancePlot } from "./distance_plot";
@@ -48,6 +49,7 @@ class ReplayPanel {
   private waiting = false;
   private started = false;
   private ready = false;
+  private isChosen = false; // the timestep, by the reader
 
   // `still` is shown until the runs are drawn.
   constructor(
@@ -72,7 +74,10 @@ class ReplayPanel {
     this.speed = el("select", { "aria-label": "Speed" }, ...kSpeeds.map((speed) => el("option", { value: speed, selected: speed === 1 }, speedText(speed))));
     this.speed.addEventListener("change", () => (this.clock.speed = Number(this.speed.value)));
     this.step = el("select", { id: `${id}-step` }, ...this.steps.map((step) => el("option", { value: step }, `${timestep(step)} ms`)));
-    this.step.addEventListener("change", () => void this.changed());
+    this.step.addEventListener("change", () => {
+      this.isChosen = true;
+      void this.changed();
+    });
     const first = `${timestep(this.steps[0] ?? 0)} ms`;
     this.reference = el(
       "select",
@@ -119,6 +124,10 @@ class ReplayPanel {
       this.failing,
       el("p", { class: "quiet note" }, this.notes()),
     );
+    this.recommend();
+    wishes.subscribe(() => {
+      if (this.recommend()) void this.changed();
+    });
     this.still.append(...(still ? [still] : []), el("p", { class: "quiet" }, "Drawing the runs…"));
     this.view.append(this.canvas, this.labels, this.still);
     this.element.addEventListener("keydown", (event) => this.key(event));
@@ -167,6 +176,7 @@ class ReplayPanel {
 
   // Shows a contender at this timestep, beside what is shown already.
   also(contender: string, step: number): void {
+    this.isChosen = true;
     this.step.value = String(step);
     state.setShown([contender], true);
     void this.changed();
@@ -176,14 +186,31 @@ class ReplayPanel {
   private asked(): void {
     const moment = state.moment;
     if (moment?.system !== this.replay.system || !this.steps.includes(moment.timestep)) return;
+    this.isChosen = true;
     this.step.value = String(moment.timestep);
     this.clock.pause();
     this.clock.seek(moment.time);
     void this.changed();
   }
 
+  // What answers the reader's question is among the runs, at its timestep where that is kept.
+  private get answer() {
+    return wishes.answer(this.system).found.passing[0]?.point ?? null;
+  }
+
+  // Whether the runs that are shown are others now.
+  private recommend(): boolean {
+    const { answer } = this;
+    const before = [this.answering, this.step.value].join();
+    this.answering = answer && this.contenders.includes(answer.contender) ? answer.contender : null;
+    if (answer && !this.isChosen && this.run(answer.contender, answer.timestep_ms) >= 0) this.step.value = String(answer.timestep_ms);
+    return before !== [this.answering, this.step.value].join();
+  }
+
+  private answering: string | null = null;
+
   private get chosen(): string[] {
-    return this.contenders.filter((name) => !state.isHidden(name));
+    return this.contenders.filter((name) => !state.isHidden(name) || name === this.answering);
   }
 
   private get overlay(): boolean {
@@ -337,7 +364,7 @@ class ReplayPanel {
     } else {
       const columns = this.stage.columns(this.chosen.length, this.view.clientWidth, this.view.clientHeight);
       this.labels.style.gridTemplateColumns = `repeat(${columns}, 1fr)`;
-      this.labels.append(...this.chosen.map((name) => el("div", { class: "replay-label" }, label(name), notes(name) ? el("small", {}, notes(name)) : null)));
+      this.labels.append(...this.chosen.map((name) => el("div", { class: "replay-label" }, label(name), name === this.answering ? el("small", { class: "answering" }, "the answer") : null, notes(name) ? el("small", {}, notes(name)) : null)));
     }
     markContenders(this.labels);
   }

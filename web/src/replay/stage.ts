@@ -201,6 +201,39 @@ function median(values: number[]): number {
   return [...values].sort((a, b) => a - b)[Math.floor(values.length / 2)] ?? 0;
 }
 
+// Where the middle of all bodies is at a frame that need not be whole, over the ground.
+function middleAt(states: Float64Array, bodies: number, frame: number): [x: number, y: number] {
+  const last = states.length / kColumns / bodies - 1;
+  const from = Math.max(0, Math.min(last, Math.floor(frame)));
+  const to = Math.min(last, from + 1);
+  const share = Math.max(0, Math.min(1, frame - from));
+  let [x, y] = [0, 0];
+  for (let body = 0; body < bodies; body += 1) {
+    const [a, b] = [kColumns * (from * bodies + body), kColumns * (to * bodies + body)];
+    x += states[a]! + share * (states[b]! - states[a]!);
+    y += states[a + 1]! + share * (states[b + 1]! - states[a + 1]!);
+  }
+  return [x / bodies, y / bodies];
+}
+
+function still(states: Float64Array, bodies: number): Float64Array {
+  const moved = states.slice();
+  const [x, y] = middleAt(states, bodies, 0);
+  const frames = states.length / kColumns / bodies;
+  for (let frame = 0; frame < frames; frame += 1) {
+    const [ownX, ownY] = middleAt(states, bodies, frame);
+    for (let body = 0; body < bodies; body += 1) {
+      const at = kColumns * (frame * bodies + body);
+      moved[at] = moved[at]! - (ownX - x);
+      moved[at + 1] = moved[at + 1]! - (ownY - y);
+    }
+  }
+  return moved;
+}
+
+// What goes further than this many times its own width is followed by the camera.
+const kWalks = 2;
+
 export class Stage {
   private readonly scene = new Scene();
   private readonly camera = new PerspectiveCamera(kFieldOfView, 1, 0.01, 1000);
@@ -216,6 +249,9 @@ export class Stage {
   private shown: number[] = [];
   private reference = -1; // -1: none is drawn solid
   private mode: Mode = "side";
+  private follows = false; // the camera goes with what it looks at
+  private line = 1; // m between lines of the ground
+  private groundAt = new Vector3();
   private home = { centre: new Vector3(), position: new Vector3() };
   private radius = 1;
   private half = { across: 1, up: 1 }; // of what moves, as the home view sees it; m
@@ -282,9 +318,21 @@ export class Stage {
       const far = Math.hypot(shape.p[0] - cm[0], shape.p[1] - cm[1], shape.p[2] - cm[2]) + reachOf(shape, this.replay.scene);
       reach[shape.body] = Math.max(reach[shape.body] ?? 0, far);
     }
+    const { bodies } = this.replay;
+    const width = (states: Float64Array) => {
+      const ends = [0, 1].map((axis) => Array.from({ length: bodies }, (_, body) => states[kColumns * body + axis]!));
+      return Math.max(...ends.map((list) => Math.max(...list) - Math.min(...list))) + 2 * Math.max(...reach);
+    };
+    const travel = (states: Float64Array) => {
+      const [start, end] = [0, states.length / kColumns / bodies - 1].map((frame) => middleAt(states, bodies, frame));
+      return Math.hypot(end![0] - start![0], end![1] - start![1]);
+    };
+    this.follows = motions.length > 0 && median(motions.map(({ states }) => travel(states) / width(states))) > kWalks;
+    // As the camera sees them that follows: without the way that the middle goes.
+    const seen = this.follows ? motions.map(({ states }) => still(states, bodies)) : motions.map(({ states }) => states);
     const lows: number[][] = [[], [], []];
     const highs: number[][] = [[], [], []];
-    for (const { states } of motions) {
+    for (const states of seen) {
       const low = [Infinity, Infinity, Infinity];
       const high = [-Infinity, -Infinity, -Infinity];
       for (let i = 0; i < states.length; i += kColumns) {
@@ -316,7 +364,7 @@ export class Stage {
     // Seen from there: the extent of each run across and up, of which the median counts.
     const right = new Vector3(Math.sin(a), -Math.cos(a), 0);
     const up = new Vector3(-Math.cos(a) * Math.sin(e), -Math.sin(a) * Math.sin(e), Math.cos(e));
-    const extents = motions.map(({ states }) => {
+    const extents = seen.map((states) => {
       const range = [Infinity, -Infinity, Infinity, -Infinity];
       const at = new Vector3();
       for (let i = 0; i < states.length; i += kColumns) {
@@ -361,6 +409,8 @@ export class Stage {
     const at = Math.round(this.home.centre.x / size) * size;
     const across = Math.round(this.home.centre.y / size) * size;
     this.ground.position.set(plane.p[0] + at, plane.p[1] + across, plane.p[2]);
+    this.groundAt.copy(this.ground.position);
+    this.line = size;
   }
 
   // What belongs to the world, beside the floor.
@@ -463,7 +513,7 @@ export class Stage {
     let columns = 1;
     if (this.mode === "overlay") {
       show(this.reference, this.shown.filter((index) => index !== this.reference));
-      this.render(size.width, size.height);
+      this.render(size.width, size.height, this.reference, frame);
     } else {
       const count = this.shown.length;
       columns = this.columns(count, size.width, size.height);
@@ -476,7 +526,7 @@ export class Stage {
         renderer.setViewport(left, size.height - bottom, right - left, bottom - top);
         renderer.setScissor(left, size.height - bottom, right - left, bottom - top);
         show(index, []);
-        this.render(right - left, bottom - top);
+        this.render(right - left, bottom - top, index, frame);
       });
     }
     const took = performance.now() - began;
@@ -484,14 +534,29 @@ export class Stage {
     return columns;
   }
 
-  private render(width: number, height: number): void {
+  // `index`: the run that the camera follows, where it does.
+  private render(width: number, height: number, index: number, frame: number): void {
     this.camera.aspect = width / Math.max(1, height);
     // The motion fills the view across or up; what is nearer than its middle looks larger.
     const distance = this.home.position.distanceTo(this.home.centre) - 0.4 * this.radius;
     const half = (kMargin * Math.max(this.half.up, this.half.across / this.camera.aspect)) / distance;
     this.camera.fov = 2 * Math.atan(half) * (180 / Math.PI);
     this.camera.updateProjectionMatrix();
+    const motion = this.follows ? this.figures.get(index)?.motion : undefined;
+    if (!motion) {
+      this.renderer.render(this.scene, this.camera);
+      return;
+    }
+    const [start, now] = [0, frame].map((each) => middleAt(motion.states, this.replay.bodies, each));
+    const [x, y] = [now![0] - start![0], now![1] - start![1]];
+    const { position } = this.camera;
+    // The ground goes along by whole lines, so that it seems to stand.
+    this.ground.position.set(this.groundAt.x + Math.round(x / this.line) * this.line, this.groundAt.y + Math.round(y / this.line) * this.line, this.groundAt.z);
+    position.set(position.x + x, position.y + y, position.z);
+    this.camera.updateMatrixWorld();
     this.renderer.render(this.scene, this.camera);
+    position.set(position.x - x, position.y - y, position.z);
+    this.camera.updateMatrixWorld();
   }
 
   columns(count: number, width: number, height: number): number {

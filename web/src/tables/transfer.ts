@@ -1,11 +1,12 @@
-// Who transfers: whether the robot stays up under a policy, by contender and timestep, and where its motion parts from that
+// Where a policy works: whether the robot stays up under a policy, by contender and timestep, and where its motion parts from that
 // of training. Signs and words stand beside the colours.
 import { momentLink } from "../address";
-import { replayOf, type Report, type TransferMatrix, type TransferRow } from "../data";
-import { el, type Child } from "../dom";
-import { percent, quantity, timestep } from "../format";
+import { replayOf, valueInfo, type Report, type TransferMatrix, type TransferRow } from "../data";
+import { el, svg, type Child } from "../dom";
+import { percent, plain, quantity, timestep } from "../format";
 import { engineOf, type Palette } from "../palette";
 import { swatch } from "../plots/legend";
+import { picture } from "../plots/picture";
 import { state } from "../state";
 import { scrollFrame } from "./sortable";
 
@@ -20,6 +21,14 @@ const kBefore = 0.2; // s before the runs part, where the replay is opened
 
 function capital(text: string): string {
   return text.charAt(0).toUpperCase() + text.slice(1);
+}
+
+// The share of runs that fall, with its interval, as a bar.
+function share(value: number, low: number | null, high: number | null): SVGSVGElement {
+  const width = 92;
+  const bar = svg("svg", { class: "share", width, height: 8, viewBox: `0 0 ${width} 8`, "aria-hidden": "true" }, svg("rect", { class: "all", x: 0, y: 2, width, height: 4 }), svg("rect", { class: "fell", x: 0, y: 2, width: width * value, height: 4 }));
+  if (low !== null && high !== null) bar.append(svg("path", { class: "whisker", d: `M${width * low},1V7M${width * low},4H${width * high}M${width * high},1V7` }));
+  return bar;
 }
 
 function cell(matrix: TransferMatrix, row: TransferRow | undefined): HTMLElement {
@@ -39,6 +48,7 @@ function cell(matrix: TransferMatrix, row: TransferRow | undefined): HTMLElement
     ` ${word}`,
     count ? " " : null,
     count ? el("small", {}, count) : null,
+    rate && fallen !== null ? share(rate.value ?? 0, rate.low, rate.high) : null,
     against && against !== "not told apart" ? el("small", {}, `${against} than in training`) : null,
     excess ? el("small", { class: "excess" }, excess) : null,
   );
@@ -72,56 +82,76 @@ function link(matrix: TransferMatrix, row: TransferRow | undefined): Child {
   return el("a", { href: momentLink(moment, [trained, row.contender]), "aria-label": text, title: text, "data-action": "side-by-side" }, "Side by side");
 }
 
+// Values that are compared with those of training, as far as a matrix has them, with what a flag says.
+const kCompared: [name: string, title: string, word: string][] = [
+  ["velocity_error", "Velocity error", "off the command"],
+  ["foot_slip", "Slip", "slips"],
+  ["joint_power", "Power", "takes power"],
+];
+
+function compared(matrix: TransferMatrix, row: TransferRow | undefined, name: string, word: string): HTMLElement {
+  const value = row?.values[name];
+  if (!row || !value || value.value === null) return el("td", { class: "transfer-cell none" }, "–");
+  const trained = matrix.rows.find((each) => each.trained)?.values[name]?.value ?? null;
+  const excess = row.excesses.find((one) => one.value === name);
+  const times = trained && !row.trained ? value.value / trained : null;
+  const range = value.low !== null && value.high !== null ? ` (${quantity(value.low, value.unit)} to ${quantity(value.high, value.unit)})` : "";
+  return el(
+    "td",
+    { class: `transfer-value${excess ? " outlier" : ""}`, "data-value": name, title: `${valueInfo(name).label}: ${quantity(value.value, value.unit)}${range}` },
+    quantity(value.value, value.unit, 2),
+    times === null ? null : el("small", {}, excess ? `▲ ${plain(excess.times, 2)}× training, ${word}` : `${plain(times, 2)}× training`),
+  );
+}
+
 function table(report: Report, matrix: TransferMatrix, palette: Palette): HTMLTableElement {
   const steps = [...new Set(matrix.rows.map((row) => row.timestep_ms))].sort((a, b) => a - b);
-  const engines = new Map<string, Map<string, TransferRow[]>>();
-  // as the program orders rows: the lowest fall rate first
-  for (const row of matrix.rows) {
-    const contender = report.contenderByName.get(row.contender);
-    const engine = contender ? engineOf(contender) : row.contender;
-    const of = engines.get(engine) ?? new Map<string, TransferRow[]>();
-    engines.set(engine, of);
-    of.set(row.contender, [...(of.get(row.contender) ?? []), row]);
-  }
-  const head = ["Contender", ...steps.map((step) => `${timestep(step)} ms${step === matrix.trained_ms ? " (training)" : ""}`), "First body to separate", "Replay"];
-  const bodies = [...engines].map(([engine, contenders]) =>
-    el(
-      "tbody",
-      {},
-      el("tr", { class: "transfer-engine" }, el("th", { scope: "rowgroup", class: "sticky" }, engine), el("td", { colspan: head.length - 1 })),
-      ...[...contenders].map(([contender, rows]) => {
-        const row = told(matrix, rows);
-        return el(
-          "tr",
-          {},
-          el("th", { scope: "row", class: "sticky" }, el("span", { class: "contender" }, swatch(palette, contender), contender, contender === matrix.trained_in ? " (training)" : null)),
-          ...steps.map((step) => cell(matrix, rows.find((each) => each.timestep_ms === step))),
-          el("td", { class: "transfer-parts" }, ...(contender === matrix.trained_in && row?.parting.parted === 0 ? ["–"] : parts(row))),
-          el("td", {}, link(matrix, row)),
-        );
-      }),
-    ),
-  );
-  return el("table", { class: "transfer-table" }, el("thead", {}, el("tr", {}, ...head.map((title, i) => el("th", { scope: "col", class: i === 0 ? "sticky" : null }, title)))), ...bodies);
+  // as the program orders rows, the lowest fall rate first, behind the contender of training
+  const contenders = [...new Set(matrix.rows.map((row) => row.contender))].sort((a, b) => Number(b === matrix.trained_in) - Number(a === matrix.trained_in));
+  const values = kCompared.filter(([name]) => matrix.rows.some((row) => (row.values[name]?.value ?? null) !== null));
+  const head = ["Contender", ...steps.map((step) => `${timestep(step)} ms${step === matrix.trained_ms ? " (training)" : ""}`), ...values.map(([, title]) => title), "First body to separate", "Replay"];
+  const bodies = contenders.map((contender) => {
+    const rows = matrix.rows.filter((row) => row.contender === contender);
+    const row = told(matrix, rows);
+    const shown = rows.find((each) => each.timestep_ms === matrix.trained_ms) ?? rows[0];
+    return el(
+      "tr",
+      { "data-engine": report.contenderByName.has(contender) ? engineOf(report.contenderByName.get(contender)!) : contender },
+      el("th", { scope: "row", class: "sticky" }, el("span", { class: "contender" }, swatch(palette, contender), contender, contender === matrix.trained_in ? " (training)" : null)),
+      ...steps.map((step) => cell(matrix, rows.find((each) => each.timestep_ms === step))),
+      ...values.map(([name, , word]) => compared(matrix, shown, name, word)),
+      el("td", { class: "transfer-parts" }, ...(contender === matrix.trained_in && row?.parting.parted === 0 ? ["–"] : parts(row))),
+      el("td", {}, link(matrix, row)),
+    );
+  });
+  return el("table", { class: "transfer-table" }, el("thead", {}, el("tr", {}, ...head.map((title, i) => el("th", { scope: "col", class: i === 0 ? "sticky" : null }, title)))), el("tbody", {}, ...bodies));
 }
 
 export function transfers(report: Report, matrix: TransferMatrix, palette: Palette): Child[] {
   const [first = "", ...others] = matrix.answer;
   const runs = Math.max(0, ...matrix.rows.map((row) => row.runs));
   const at = matrix.trained_ms === null ? "" : ` at ${timestep(matrix.trained_ms)} ms`;
-  const training = matrix.trained_in ? ` First body to separate: the body that is first more than 1 mm from that in ${matrix.trained_in}, where the policy was trained${at}, and the joint that moves it the most.` : "";
-  const compared = matrix.rows.some((row) => row.against_training)
-    ? ` Falls more or less often: the share differs from that of training by the rank test, p at most ${matrix.told_apart} after a correction for the number of rows. !: stays up, but an error, the slip or the power is at least ${matrix.many_times} times that of training, even by the near ends of the 95 % intervals.`
+  const training = matrix.trained_in ? `First body to separate: the body that is first more than 1 mm from that in ${matrix.trained_in}, where the policy was trained${at}, and the joint that moves it the most.` : "";
+  const against = matrix.rows.some((row) => row.against_training)
+    ? `Falls more or less often: the share differs from that of training by the rank test, p at most ${matrix.told_apart} after a correction for the number of rows. ! and ▲: an error, the slip or the power is at least ${matrix.many_times} times that of training, even by the near ends of the 95 % intervals.`
     : "";
-  const text = `${matrix.policy}, ${runs} ${runs === 1 ? "run" : "runs"} of ${quantity(matrix.duration_s, "s")} for each figure${matrix.pushes ? `, with ${matrix.pushes}` : ""}. ✓ stays up: the 95 % interval of the share that falls ends at or below 20 %; ✗ falls: it begins at or above 50 %; ? neither.${compared}${training} A click on a figure opens its details.`;
+  const facts = [`${runs} ${runs === 1 ? "run" : "runs"} of ${quantity(matrix.duration_s, "s")} each`, matrix.policy, matrix.pushes ?? "", matrix.trained_in ? `trained in ${matrix.trained_in}${at}` : ""].filter(Boolean);
+  const drawn = report.json.pictures?.find((candidate) => candidate.system === matrix.system);
+  const look = drawn ? picture(drawn, 150, 90) : null;
   return [
     el(
       "div",
       { class: "panel transfer-panel", "data-system": matrix.system },
-      el("h3", {}, matrix.system),
-      el("p", { class: "transfer-answer" }, `${capital(first)}.`),
-      others.length > 0 ? el("ul", { class: "transfer-others" }, ...others.map((line) => el("li", {}, `${capital(line)}.`))) : null,
-      scrollFrame(`Who transfers on ${matrix.system}, by contender and timestep`, text, table(report, matrix, palette)),
+      el(
+        "div",
+        { class: "transfer-head" },
+        el("div", {}, el("h3", {}, matrix.system), el("p", { class: "sub" }, facts.join(" · ")), el("p", { class: "transfer-answer" }, `${capital(first)}.`)),
+        look,
+      ),
+      scrollFrame(`Where the policy works on ${matrix.system}, by contender and timestep`, "", table(report, matrix, palette)),
+      others.length > 0 ? el("details", { class: "note transfer-words" }, el("summary", {}, "The same in words"), el("ul", { class: "transfer-others" }, ...others.map((line) => el("li", {}, `${capital(line)}.`)))) : null,
+      el("p", { class: "quiet note" }, "✓ stays up: the 95 % interval of the share that falls ends at or below 20 %; ✗ falls: it begins at or above 50 %; ? neither. A click on a count opens its details."),
+      training || against ? el("details", { class: "note" }, el("summary", {}, "How training is compared"), el("p", {}, against), el("p", {}, training)) : null,
     ),
   ];
 }
