@@ -78,6 +78,9 @@ function(assay_add_engine)
     if(NOT arg_RUNS_ELSEWHERE)
       assay_read_binary(${target} "${name}" "${arg_LIBRARIES}")
     endif()
+    if(EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/releases.txt" AND NOT ASSAY_BUILD)
+      assay_describe_adapter(${arg_NAME} "${arg_SOURCES}")
+    endif()
   else()
     # Outside the tree, whose own flags these are.
     separate_arguments(options UNIX_COMMAND "${ASSAY_ENGINE_CXX_FLAGS}")
@@ -106,6 +109,40 @@ function(assay_model_of_build variable flags)
   target_compile_options(${target} PRIVATE ${flags})
   set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
   assay_optimise_at_link(${target})
+endfunction()
+
+# Writes releases/<name>.sh and releases/<name>.key into the build folder, from which setup/releases.sh compiles the adapter
+# for other releases of its engine: the commands, and a hash of everything of assay's that goes into the plugin.
+function(assay_describe_adapter name files)
+  if(ASSAY_SANITIZE OR ASSAY_PACKAGE)
+    return()  # a sanitizer's runtime takes no plugin whose symbols are its own
+  endif()
+  list(TRANSFORM files PREPEND "${CMAKE_CURRENT_SOURCE_DIR}/")
+  list(JOIN files "\" \"" sources)
+  set(flags "-std=c++${CMAKE_CXX_STANDARD} ${ASSAY_ENGINE_CXX_FLAGS} -fPIC -fvisibility=hidden -fvisibility-inlines-hidden")
+  if(assay_lto_works)
+    string(APPEND flags " -flto=auto")  # the libraries have no other code
+  endif()
+  set(fmt "$<TARGET_PROPERTY:fmt::fmt,INTERFACE_COMPILE_DEFINITIONS>")
+  set(eigen "$<TARGET_PROPERTY:Eigen3::Eigen,INTERFACE_INCLUDE_DIRECTORIES>")
+  file(GENERATE OUTPUT "${PROJECT_BINARY_DIR}/releases/${name}.sh" CONTENT "\
+compiler=(\"${CMAKE_CXX_COMPILER}\")
+flags=(${flags} -w -I\"${PROJECT_SOURCE_DIR}/src\" -isystem \"$<JOIN:${eigen},\" -isystem \">\" -D$<JOIN:${fmt}, -D>)
+links=(-Wl,-Bsymbolic -Wl,--exclude-libs,ALL -Wl,-z,defs)
+libraries=(\"$<TARGET_FILE:assay_model>\" \"$<TARGET_FILE:assay_base>\" \"$<TARGET_FILE:fmt::fmt>\" $<JOIN:$<TARGET_PROPERTY:PkgConfig::xxhash,INTERFACE_LINK_LIBRARIES>, >)
+sources=(\"${sources}\")
+objdump=\"${CMAKE_OBJDUMP}\"
+")
+  set(folder "${PROJECT_SOURCE_DIR}/src")
+  file(GLOB inputs CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.cc" "${CMAKE_CURRENT_SOURCE_DIR}/*.h" "${folder}/engines/*.h"
+    "${folder}/model/*.h" "${folder}/model/*.cc" "${folder}/base/*.h" "${folder}/base/*.cc")
+  set(key "${PROJECT_BINARY_DIR}/releases/${name}.key")
+  add_custom_command(OUTPUT "${key}"
+    COMMAND bash -c "{ cat \"\${@:3}\"; echo \"$2\"; } | sha256sum | cut -c1-12 >\"$1\"" - "${key}"
+      "${flags} ${CMAKE_BUILD_TYPE} ${CMAKE_CXX_COMPILER_ID} ${CMAKE_CXX_COMPILER_VERSION}" ${inputs}
+    DEPENDS ${inputs} COMMENT "Hashing the adapter ${name}" VERBATIM)
+  add_custom_target(assay-releases-${name} DEPENDS "${key}")
+  add_dependencies(assay-engine-${name} assay-releases-${name})
 endfunction()
 
 # What the plugin's binary, and the engine's own where that is a shared library, says of its build, as a file beside the

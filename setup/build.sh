@@ -113,6 +113,7 @@ hand_over() {
   cp -l "${root}/build/release/bin/assay" "${folder}/bin/" 2>/dev/null ||
     cp "${root}/build/release/bin/assay" "${folder}/bin/"
   cp -al "${root}/build/release/engines" "${folder}/" 2>/dev/null || cp -a "${root}/build/release/engines" "${folder}/"
+  cp -a "${root}/build/release/releases" "${folder}/"
   { echo "${made_for}" && cat "${root}/build/engines.txt"; } >"${folder}/stamp"
   touch -r "$1" "${folder}/stamp"
   ln -s "${folder##*/}" "${folder}/link"

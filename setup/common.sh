@@ -4,6 +4,8 @@
 #   what the clones of a user share, in ${cache}:
 #     engines/<name>-<key>   what the recipe of src/engines/<name> made; the key covers recipe, flags and compiler.
 #     engines/<name>-<build>-<key>  the same in another build (setup/builds.txt)
+#     engines/<name>-<release>-<key>  the library of a release of it (src/engines/<name>/releases.txt)
+#     engines/<name>@<release>-<key>  the adapter compiled for that release; the key covers the adapter's sources and flags
 #     python/<name>-<key>    virtual environments, by their pins: of tools, and of engines whose adapters are in Python
 #     declarations/<key>.json what adapters in Python declare; the program keeps them itself
 #     downloads/<key>        what was fetched, by its pins
@@ -115,10 +117,32 @@ recipes_of() {
     [[ ! -f ${recipe} || " $* " != *" $(recipe_when "${name}") "* ]] || echo "${name}"
   done
 }
-# Sets python_engines and built_engines to the engines that were named, or to all that are set up on request: those with a
-# Python environment (src/engines/NAME/requirements.txt), and those whose recipe says so.
+# engine_releases NAME: the releases that can be contenders, old to new.
+engine_releases() {
+  local file="${root}/src/engines/$1/releases.txt"
+  [[ ! -f ${file} ]] || sed -n 's/^\([0-9][^ ]*\) .*/\1/p' "${file}"
+}
+# add_releases NAME@VERSION|NAME@all: adds to releases.
+add_releases() {
+  local name="${1%@*}" version="${1##*@}" known
+  mapfile -t known < <(engine_releases "${name}")
+  if [[ ${#known[@]} -eq 0 ]]; then
+    echo "assay: '$1' cannot be set up: there are releases of mujoco, and none of '${name}'" >&2
+    return 1
+  elif [[ ${version} == all ]]; then
+    releases+=("${known[@]/#/"${name}@"}")
+  elif [[ " ${known[*]} " == *" ${version} "* ]]; then
+    releases+=("$1")
+  else
+    echo "assay: there is no release ${version} of ${name}: it has ${known[*]}, or all" >&2
+    return 1
+  fi
+}
+# Sets python_engines, built_engines and releases to the engines that were named, or to all that are set up on request:
+# those with a Python environment (src/engines/NAME/requirements.txt), and those whose recipe says so.
 find_engines_on_request() {
-  local file name known=() wanted=("$@")
+  local file name known=() wanted=()
+  python_engines=() built_engines=() releases=()
   for file in "${root}"/src/engines/*/requirements.txt; do
     name="${file#"${root}/src/engines/"}"
     [[ ! -f ${file} ]] || known+=("${name%%/*}")
@@ -129,14 +153,17 @@ find_engines_on_request() {
     return 1
   fi
   for name in "$@"; do
+    if [[ ${name} == *@* ]]; then
+      add_releases "${name}" || return 1
+      continue
+    fi
+    wanted+=("${name}")
     if [[ ${name} != all && " ${known[*]} " != *" ${name} "* ]]; then
       echo "assay: unknown engine '${name}': the engines that are set up on demand are ${known[*]}, or all" >&2
       return 1
     fi
   done
   [[ " $* " != *" all "* ]] || wanted=("${known[@]}")
-  # shellcheck disable=SC2034  # for who calls it
-  python_engines=() built_engines=()
   for name in "${wanted[@]}"; do
     if [[ -f ${root}/src/engines/${name}/requirements.txt ]]; then python_engines+=("${name}"); else built_engines+=("${name}"); fi
   done

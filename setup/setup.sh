@@ -9,7 +9,7 @@
 #   setup/setup.sh --match   makes the environment of `assay match`'s optimiser (setup/pip/match.txt) instead: 170 MB, on demand
 #   setup/setup.sh --engines NAME...|all  sets up these engines instead, on demand: those with a Python environment
 #                            (src/engines/NAME/requirements.txt), which are large, and those that are not of the core
-#                            (src/engines/NAME/about.toml)
+#                            (src/engines/NAME/about.toml); NAME@RELEASE, NAME@all: releases of one (src/engines/NAME/releases.txt)
 #   setup/setup.sh --fuzz    adds the compiler that tests/fuzz/run needs
 #   setup/setup.sh --wheel   also makes what the Python package is linked with (setup/portable)
 #   setup/setup.sh --package  makes the environment that builds and tests the Python package (setup/pip/package.txt) instead: 500 MB
@@ -24,7 +24,9 @@ set -euo pipefail
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 # shellcheck source=setup/common.sh
 source "${root}/setup/common.sh"
-with_tests="" with_fuzz="" prune="" robots="" package="" match="" wheel="" builds=() python_engines=() built_engines=()
+# shellcheck source=setup/releases.sh
+source "${root}/setup/releases.sh"
+with_tests="" with_fuzz="" prune="" robots="" package="" match="" wheel="" builds=() python_engines=() built_engines=() releases=()
 case "${1:-}" in
   "") ;;
   --tests) with_tests=1 ;;
@@ -614,6 +616,11 @@ prune_cache() {
 if [[ -n ${prune} ]]; then
   prune_cache
   exit
+fi
+if [[ ${#releases[@]} -gt 0 ]]; then
+  check_compiler
+  set_up_releases "${releases[@]}"
+  [[ $((${#python_engines[@]} + ${#built_engines[@]})) -gt 0 ]] || exit 0
 fi
 if [[ $((${#python_engines[@]} + ${#built_engines[@]})) -gt 0 ]]; then
   hosts=() pieces=() wanted=1

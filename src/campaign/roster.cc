@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "campaign/keys.h"
 #include "engines/builds.h"
+#include "engines/releases.h"
 
 namespace assay {
 namespace {
@@ -36,6 +37,14 @@ void find_absent(const std::string& base, const Registry& registry, CampaignCont
       static_cast<void>(registry.resolve(base));
     } catch (const InputError& error) {
       contender.absent = fmt::format("left out: {}", error.what());
+      const std::string engine = registry.resolve(without_build(base)).engine->name(), release = build_of(base);
+      const std::vector<std::string> known = releases_of(engine);
+      if (std::ranges::find(known, release) != known.end()) {
+        const std::string name = in_build(engine, release);
+        contender.needs = AbsentEngine{name, error.what(), name, "10 seconds of compiling"};
+      } else if (is_release(release)) {
+        throw;
+      }
       return;
     }
   }

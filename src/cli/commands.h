@@ -19,6 +19,7 @@ void add_merge(CLI::App& app, Action& action);
 void add_recommend(CLI::App& app, Action& action);
 void add_explain(CLI::App& app, Action& action);
 void add_match(CLI::App& app, Action& action);
+void add_bisect(CLI::App& app, Action& action);
 void add_report(CLI::App& app, Action& action);
 void add_compare(CLI::App& app, Action& action);
 void add_history(CLI::App& app, Action& action);

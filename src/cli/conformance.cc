@@ -15,6 +15,7 @@
 #include "conformance/markdown.h"
 #include "engines/builds.h"
 #include "engines/registry.h"
+#include "engines/releases.h"
 #include "run/coordinator/campaign_run.h"
 #include "run/coordinator/suite.h"
 
@@ -46,7 +47,12 @@ std::vector<ResolvedContender> chosen(const std::vector<std::string>& names) {
     }
   }
   for (const std::string& name : names) {
-    const std::string build = build_of(name);
+    const std::string build = build_of(name), plain = without_build(name);
+    // a release of an engine is loaded when one of its contenders is asked for
+    const auto newest = std::ranges::find(registry.engines(), plain, &Engine::name);
+    if (newest != registry.engines().end() && is_release(build)) {
+      static_cast<void>(registry.resolve(in_build((*newest)->contenders().front().name, build)));
+    }
     const std::vector<const Engine*>& engines = build == kBaseline ? registry.engines() : registry.other_builds();
     const auto engine = std::ranges::find(engines, name, &Engine::name);
     if (engine == engines.end()) {

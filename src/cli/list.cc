@@ -11,9 +11,11 @@
 #include "base/text.h"
 #include "campaign/keys.h"
 #include "cli/commands.h"
+#include "engines/builds.h"
 #include "engines/facts.h"
 #include "engines/feature_table.h"
 #include "engines/registry.h"
+#include "engines/releases.h"
 #include "engines/tables.h"
 #include "load/mjcf.h"
 
@@ -89,6 +91,15 @@ int list_engines(bool as_json) {
     return kDone;
   }
   print(terminal_columns(stdout) ? tables_by_engine(contenders) : flat_table(contenders));
+  for (const Engine* engine : registry.engines()) {
+    const std::vector<std::string> known = releases_of(engine->name()), ready = releases_ready(engine->name());
+    if (known.empty()) continue;
+    print("\n" + paragraph(fmt::format("releases of {} as contenders, as {}@{}: {}; set up here: {}", engine->name(),
+                                       engine->contenders().front().name, known.front(), join(known, ", "),
+                                       ready.empty() ? "none (./assay setup " + in_build(engine->name(), known.front()) + ")"
+                                                     : join(ready, ", ")),
+                           4));
+  }
   if (!registry.absent().empty()) print("\n" + heading("not available") + ":\n");
   for (const AbsentEngine& engine : registry.absent()) {
     print(paragraph(fmt::format("  {}: {}", engine.name, engine.reason), 4));

@@ -226,6 +226,7 @@ const std::vector<Command>& commands() {
       {"merge", kRuns, add_merge, kReads},
       {"recommend", kResults, add_recommend, kReads},
       {"explain", kResults, add_explain},
+      {"bisect", kResults, add_bisect},
       {"report", kResults, add_report, kReads},
       {"compare", kResults, add_compare, kReads},
       {"history", kResults, add_history, kReads},

@@ -14,12 +14,14 @@
 #include <fmt/format.h>
 
 #include "base/hash.h"
+#include "base/paths.h"
 #include "base/text.h"
 #include "engines/about.h"
 #include "engines/builds.h"
 #include "engines/engine_files.h"
 #include "engines/plugin_trial.h"
 #include "engines/python_engine.h"
+#include "engines/releases.h"
 
 namespace assay {
 namespace {
@@ -27,6 +29,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kPluginPrefix = "assay-engine-";
+// Plugins of releases that were tried and can be used, separated by colons.
+constexpr const char* kReleasesTried = "ASSAY_RELEASES_TRIED";
 
 // Engines that were there when assay was configured, and those that were not.
 struct KnownEngine {
@@ -130,6 +134,14 @@ void ask(const Engine& engine) {
     for (const auto& [key, value] : contender.set) its_own.values.at(key) = value;
     static_cast<void>(engine.capabilities(its_own));
   }
+}
+
+const Engine* engine_of(const std::vector<const Engine*>& engines, const std::string& contender) {
+  const auto found = std::ranges::find_if(engines, [&](const Engine* engine) {
+    const std::vector<Contender> contenders = engine->contenders();
+    return std::ranges::find(contenders, contender, &Contender::name) != contenders.end();
+  });
+  return found == engines.end() ? nullptr : *found;
 }
 
 }  // namespace
@@ -260,8 +272,11 @@ void Registry::load(const std::string& path) {
     }
     return;
   }
-  // RTLD_LOCAL keeps two builds of one engine apart; the handle is never closed, engines have static state
-  void* library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+  // RTLD_LOCAL keeps two builds of one engine apart; the handle is never closed, engines have static state. The program
+  // has an engine's library itself, MuJoCo's for its parser, and a plugin that is loaded sees the program's symbols
+  // first: a release's own come first with RTLD_DEEPBIND.
+  const int deep = is_release(build_of(name)) ? RTLD_DEEPBIND : 0;
+  void* library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL | deep);
   if (library == nullptr) {
     absent_.push_back({name, fmt::format("'{}' cannot be loaded: {}", path, dlerror())});
     return;
@@ -294,6 +309,54 @@ void Registry::load(const std::string& path) {
   paths_[name] = path;
   (build_of(name) == kBaseline ? engines_ : other_builds_).push_back(engine.get());
   owned_.push_back(std::move(engine));
+}
+
+// Loads the plugin of that release of the contender's engine, where set-up has made it and nobody has tried before. What
+// is wrong with it is said by resolve().
+void Registry::load_release(const std::string& contender, const std::string& release) {
+  if (!is_release(release)) return;
+  const Engine* engine = engine_of(engines_, contender);
+  if (engine == nullptr) return;
+  const std::string name = in_build(engine->name(), release);
+  if (paths_.contains(name) || std::ranges::find(absent_, name, &AbsentEngine::name) != absent_.end()) return;
+  const std::string plugin = release_plugin(engine->name(), release);
+  if (plugin.empty()) return;
+  // tried in a process of its own, as all are; processes that this one starts load it at once
+  std::vector<std::string> tried = folders_in(kReleasesTried);
+  if (std::ranges::find(tried, plugin) == tried.end()) {
+    const PluginTrial trial = try_plugins({plugin}, {plugin}, [&](const std::string& path) -> std::string {
+      load(path);
+      if (paths_.contains(name)) ask(*owned_.back());
+      return "";
+    });
+    if (const auto found = trial.refused.find(plugin); found != trial.refused.end()) {
+      absent_.push_back({name, fmt::format("'{}' {}", plugin, found->second)});
+      return;
+    }
+    tried.push_back(plugin);
+    ::setenv(kReleasesTried, join(tried, ":").c_str(), 1);
+  }
+  load(plugin);
+}
+
+std::optional<std::string> Registry::lacking_release(const std::string& name) const {
+  const std::string release = build_of(name);
+  const Engine* engine = engine_of(engines_, without_build(name));
+  if (!is_release(release) || engine == nullptr || has(name)) return std::nullopt;
+  const std::string own = in_build(engine->name(), release);
+  const std::vector<std::string> known = releases_of(engine->name());
+  if (known.empty()) {
+    return fmt::format("'{}' names a release of {}, which has its newest alone: leave '@{}' out", name, engine->name(),
+                       release);
+  }
+  if (std::ranges::find(known, release) == known.end()) {
+    return fmt::format("'{}' names a release of {} that it has not: it has {}", name, engine->name(),
+                       join(known, ", "));
+  }
+  const auto refused = std::ranges::find(absent_, own, &AbsentEngine::name);
+  return fmt::format("contender '{}' needs release {} of {}, {}", name, release, engine->name(),
+                     refused != absent_.end() ? fmt::format("which cannot be used: {}", refused->reason)
+                                              : fmt::format("which is not set up: run ./assay setup {}", own));
 }
 
 bool Registry::runs_python(const std::string& engine) const { return is_python(paths_.at(engine)); }
@@ -332,6 +395,7 @@ const std::vector<const Engine*>& Registry::engines_in(const std::string& build)
 
 bool Registry::has(const std::string& name) const {
   const std::string build = build_of(name), plain = without_build(name);
+  owned().load_release(plain, build);
   return std::ranges::any_of(engines_in(build), [&](const Engine* engine) {
     const std::vector<Contender> contenders = engine->contenders();
     return build_of(engine->name()) == build &&
@@ -343,6 +407,7 @@ std::vector<std::string> Registry::builds_of(const std::string& contender) const
   std::vector<std::string> builds;
   for (const Engine* engine : other_builds_) {
     const std::string build = build_of(engine->name());
+    if (is_release(build)) continue;
     const std::vector<Contender> contenders = engine->contenders();
     if (std::ranges::find(contenders, contender, &Contender::name) != contenders.end()) builds.push_back(build);
   }
@@ -352,6 +417,7 @@ std::vector<std::string> Registry::builds_of(const std::string& contender) const
 ResolvedContender Registry::resolve(const std::string& name,
                                     const std::map<std::string, std::string>& overrides) const {
   const std::string build = build_of(name), plain = without_build(name);
+  owned().load_release(plain, build);
   for (const Engine* engine : engines_in(build)) {
     if (build_of(engine->name()) != build) continue;
     for (const Contender& contender : engine->contenders()) {
@@ -375,6 +441,7 @@ ResolvedContender Registry::resolve(const std::string& name,
       return resolved;
     }
   }
+  if (is_release(build) && has(plain)) throw InputError(*lacking_release(name));
   if (build != kBaseline && has(plain)) {
     const std::string engine = in_build(resolve(plain).engine->name(), build);
     const auto found = std::ranges::find(absent_, engine, &AbsentEngine::name);

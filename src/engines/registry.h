@@ -46,7 +46,8 @@ class Registry {
 
   // In the baseline.
   const std::vector<const Engine*>& engines() const { return engines_; }
-  // In other builds (engines/builds.h), "ode@v3"; only what this processor runs.
+  // In other builds (engines/builds.h), "ode@v3"; only what this processor runs. And the releases of engines that
+  // were named so far (engines/releases.h), "mujoco@3.3.7".
   const std::vector<const Engine*>& other_builds() const { return other_builds_; }
   // Of the contender's engine besides the baseline: "v3". A name with a build has none.
   std::vector<std::string> builds_of(const std::string& contender) const;
@@ -60,8 +61,12 @@ class Registry {
   // All contenders of all engines in the baseline, in the engines' order.
   std::vector<std::string> contender_names() const;
 
-  // Whether resolve() knows the contender, in whatever build its name asks for.
+  // Whether resolve() knows the contender, in whatever build or release its name asks for.
   bool has(const std::string& name) const;
+
+  // Why there is no contender of that name where it is one in a release of its engine, as a sentence; nothing where
+  // there is, or where the name is none of those.
+  std::optional<std::string> lacking_release(const std::string& name) const;
 
   // `name` is a contender's, as it is or with a build: "ode-quick@v3". `overrides` are texts as in `--set`. Throws
   // InputError for an unknown contender, setting, a value of the wrong type or out of range, naming the nearest known
@@ -72,6 +77,7 @@ class Registry {
   Registry();
   static Registry& owned();
   void load(const std::string& path);
+  void load_release(const std::string& contender, const std::string& release);
   const std::vector<const Engine*>& engines_in(const std::string& build) const;
 
   std::vector<std::unique_ptr<const Engine>> owned_;

@@ -126,7 +126,10 @@ class WorkerRunner {
     for (int i = part.first; i < part.first + part.count; ++i) {
       const std::string own = part.count > 1 ? fmt::format("{}-{}", address, i) : address;
       const auto trajectory = read_trajectory(folder_.path(), own);
-      if (trajectory) set.tracks[static_cast<size_t>(i)] = track_of(trajectory->states);
+      if (trajectory) {
+        set.tracks[static_cast<size_t>(i)] = track_of(trajectory->states);
+        if (plan_.on_run) plan_.on_run(part.side, i, trajectory->states);
+      }
       std::error_code ignored;
       std::filesystem::remove(trajectory_path(folder_.path(), own), ignored);
     }

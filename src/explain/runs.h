@@ -20,6 +20,8 @@ struct RunPlan {
   int jobs = 1;                                               // workers at a time
   double limit_s = 300;                                       // of the runs of one side
   std::function<void(size_t done, size_t of)> progress = {};  // processes of the sides that are run now
+  // The states of a run, before only their track is kept: the side's place among those that are run now, and the start.
+  std::function<void(size_t side, int start, const std::vector<State>& states)> on_run = {};
 };
 
 // What it returns throws SystemError when it is interrupted, InputError and SystemError that a worker reports.

@@ -9,6 +9,7 @@
 
 #include "convert.h"
 #include "engines/adapter.h"
+#include "release.h"
 
 namespace assay::mujoco {
 namespace {
@@ -116,8 +117,8 @@ void add_shape_data(mjSpec* spec, const Model& model, const ContactPlan& plan) {
     if (shape.type == ShapeType::kHull) {
       const Hull& hull = model.hulls[shape.data];
       mjsMesh* mesh = mjs_addMesh(spec, nullptr);
-      mjs_setName(mesh->element, hull_label(shape.data).c_str());
-      mesh->inertia = mjMESH_INERTIA_CONVEX;
+      set_name(mesh, hull_label(shape.data));
+      mesh->inertia = kInertiaOfHull;
       mesh->maxhullvert = -1;
       for (const Vec3& vertex : hull.vertices) {
         for (const double x : vertex) mesh->uservert->push_back(static_cast<float>(x));
@@ -130,7 +131,7 @@ void add_shape_data(mjSpec* spec, const Model& model, const ContactPlan& plan) {
       const HeightField& field = model.height_fields[shape.data];
       const double low = lowest(field), range = std::ranges::max(field.heights) - low;
       mjsHField* out = mjs_addHField(spec);
-      mjs_setName(out->element, field_label(shape.data).c_str());
+      set_name(out, field_label(shape.data));
       out->nrow = field.rows;
       out->ncol = field.columns;
       out->size[0] = field.half_x;
@@ -147,7 +148,7 @@ void add_shape_data(mjSpec* spec, const Model& model, const ContactPlan& plan) {
 void add_shape(mjsBody* body, const Model& model, size_t index, const ContactPlan& plan, const Softness& soft) {
   const Shape& shape = model.shapes[index];
   mjsGeom* geom = mjs_addGeom(body, nullptr);
-  mjs_setName(geom->element, shape_label(index).c_str());
+  set_name(geom, shape_label(index));
   Eigen::Map<Vec3>(geom->pos) = shape.X_BS.p;
   copy_quat(shape.X_BS.q, geom->quat);
   switch (shape.type) {

@@ -12,6 +12,7 @@
 #include "model/kinematics.h"
 #include "model/weld_frames.h"
 #include "options.h"
+#include "release.h"
 #include "tree.h"
 
 namespace assay::mujoco {
@@ -120,7 +121,7 @@ class Builder {
     } else if (own.ball >= 0) {
       set_ball(joint, model_.balls[own.ball], tree_.X_BC[index]);
     } else {
-      mjs_setName(joint->element, joint_label(own.joint).c_str());
+      set_name(joint, joint_label(own.joint));
       set_joint(joint, model_.joints[own.joint]);
       if (carrier != index) {
         const Pose X_CB = tree_.X_BC[index].inverse();
@@ -133,7 +134,7 @@ class Builder {
   mjsBody* add_body(int carrier) {
     const Pose& X_PC = tree_.X_PC[carrier];
     mjsBody* out = mjs_addBody(body(tree_.parent[carrier]), nullptr);
-    mjs_setName(out->element, body_label(carrier).c_str());
+    set_name(out, body_label(carrier));
     Eigen::Map<Vec3>(out->pos) = X_PC.p;
     copy_quat(X_PC.q, out->quat);
     if (model_.bodies[carrier].is_massless()) {
@@ -159,8 +160,8 @@ class Builder {
     out->margin = 0;
     copy_softness(soft_.limit, out->solref_limit, out->solimp_limit);
     out->springref = joint.spring_reference;
-    out->stiffness[0] = explicit_springs_ ? 0 : joint.stiffness;
-    out->damping[0] = explicit_springs_ ? 0 : joint.damping;
+    linear(out->stiffness) = explicit_springs_ ? 0 : joint.stiffness;
+    linear(out->damping) = explicit_springs_ ? 0 : joint.damping;
     out->armature = joint.armature;
     out->frictionloss = joint.dry_friction;
     copy_softness(soft_.dry_friction, out->solref_friction, out->solimp_friction);
@@ -173,8 +174,8 @@ class Builder {
     out->range[1] = ball.upper;
     out->margin = 0;
     copy_softness(soft_.limit, out->solref_limit, out->solimp_limit);
-    out->stiffness[0] = explicit_springs_ ? 0 : ball.stiffness;
-    out->damping[0] = explicit_springs_ ? 0 : ball.damping;
+    linear(out->stiffness) = explicit_springs_ ? 0 : ball.stiffness;
+    linear(out->damping) = explicit_springs_ ? 0 : ball.damping;
     out->armature = ball.armature;
     out->frictionloss = ball.dry_friction;
     copy_softness(soft_.dry_friction, out->solref_friction, out->solimp_friction);
@@ -222,7 +223,7 @@ class Builder {
   std::string add_site(int body_index, const Pose& X_BS) {
     std::string name = fmt::format("site{}", sites_++);
     mjsSite* site = mjs_addSite(body(body_index), nullptr);
-    mjs_setName(site->element, name.c_str());
+    set_name(site, name);
     Eigen::Map<Vec3>(site->pos) = X_BS.p;
     copy_quat(X_BS.q, site->quat);
     return name;
@@ -233,7 +234,7 @@ class Builder {
     std::map<int, double> coefficients;
     for (const JointTerm& term : terms) coefficients[term.joint] += term.coefficient;
     mjsTendon* tendon = mjs_addTendon(spec_.get(), nullptr);
-    mjs_setName(tendon->element, name.c_str());
+    set_name(tendon, name);
     for (const auto& [joint, coefficient] : coefficients) {
       mjs_wrapJoint(tendon, joint_label(joint).c_str(), coefficient);
     }
@@ -247,8 +248,8 @@ class Builder {
     const std::string name = fmt::format("tendon{}", index);
     mjsTendon* out = add_path(tendon.terms, name);
     if (spring) {
-      out->stiffness[0] = tendon.stiffness;
-      out->damping[0] = tendon.damping;
+      linear(out->stiffness) = tendon.stiffness;
+      linear(out->damping) = tendon.damping;
       rests_.emplace_back(out, &tendon);
     }
     out->limited = tendon.limited ? mjLIMITED_TRUE : mjLIMITED_FALSE;
@@ -265,7 +266,7 @@ class Builder {
   void add_actuator(size_t index) {
     const Actuator& actuator = model_.actuators[index];
     mjsActuator* out = mjs_addActuator(spec_.get(), nullptr);
-    mjs_setName(out->element, actuator_label(index).c_str());
+    set_name(out, actuator_label(index));
     const bool single = actuator.terms.size() == 1;
     out->trntype = single ? mjTRN_JOINT : mjTRN_TENDON;
     if (single) {
@@ -315,7 +316,7 @@ class Builder {
       }
     }
     for (const mjsActuator* actuator : actuators_) {
-      compiled.actuator_control.push_back(m.actuator_ctrladr[mjs_getId(actuator->element)]);
+      compiled.actuator_control.push_back(control_of(m, mjs_getId(actuator->element)));
     }
     compiled.shape_of_geom.assign(static_cast<size_t>(m.ngeom), -1);
     for (size_t s = 0; s < model_.shapes.size(); ++s) {

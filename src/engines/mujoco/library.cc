@@ -6,22 +6,22 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "release.h"
 
 namespace assay::mujoco {
 namespace {
 
 // MuJoCo's own handler ends the process on an error, prints, and writes a log file. Here errors become exceptions (it
 // is built with unwind tables), and warnings are read from mjData, where they are counted.
-void on_message(const mjLogMessage* message) {
-  if (message->level != mjLOG_ERROR) return;
+void on_error(const char* message) {
   // An outcome of the machine and not of the model: "could not allocate mjData buffer", "Could not allocate memory".
-  if (std::string_view(message->subject).find("ould not allocate") != std::string_view::npos) throw std::bad_alloc();
-  throw EngineError(fmt::format("MuJoCo: {}", one_line(message->subject)));
+  if (std::string_view(message).find("ould not allocate") != std::string_view::npos) throw std::bad_alloc();
+  throw EngineError(fmt::format("MuJoCo: {}", one_line(message)));
 }
 
 }  // namespace
 
-void initialise_library() { mju_setLogHandler(on_message); }
+void initialise_library() { handle_errors<on_error>(); }
 
 std::string one_line(std::string text) {
   while (!text.empty() && text.back() == '\n') text.pop_back();

@@ -5,15 +5,11 @@
 #include <utility>
 
 #include "engines/adapter.h"
+#include "release.h"
 
 namespace assay::mujoco {
 namespace {
 
-constexpr std::array<std::pair<const char*, mjtIntegrator>, 5> kIntegrators = {{{"euler", mjINT_EULER},
-                                                                                {"rk4", mjINT_RK4},
-                                                                                {"implicitfast", mjINT_IMPLICITFAST},
-                                                                                {"implicit", mjINT_IMPLICIT},
-                                                                                {"discrete", mjINT_DISCRETE}}};
 constexpr std::array<std::pair<const char*, mjtSolver>, 3> kSolvers = {
     {{"newton", mjSOL_NEWTON}, {"cg", mjSOL_CG}, {"pgs", mjSOL_PGS}}};
 
@@ -31,6 +27,13 @@ auto choice(const Table& table, const std::string& name) {
   return std::ranges::find(table, name, [](const auto& entry) { return std::string(entry.first); })->second;
 }
 
+template <typename Table>
+std::vector<std::string> names(const Table& table) {
+  std::vector<std::string> found;
+  for (const auto& entry : table) found.emplace_back(entry.first);
+  return found;
+}
+
 }  // namespace
 
 std::vector<Setting> declared_settings() {
@@ -40,7 +43,7 @@ std::vector<Setting> declared_settings() {
        .unit = "",
        .meaning = "semi-implicit Euler, Runge-Kutta 4, implicit in velocity without or with Coriolis derivatives, or "
                   "the discrete step map that also takes stiffness implicitly",
-       .choices = {"euler", "rk4", "implicitfast", "implicit", "discrete"}},
+       .choices = names(kIntegrators)},
       {.name = "solver",
        .default_value = std::string("newton"),
        .unit = "",
@@ -99,7 +102,7 @@ std::vector<Setting> declared_settings() {
        .unit = "",
        .meaning = "start the constraint solver from the last step's accelerations"},
       {.name = "islands",
-       .default_value = true,
+       .default_value = kIslandsByDefault,
        .unit = "",
        .meaning = "solve groups of bodies that do not touch each other apart"},
       {.name = "euler_damping",
@@ -188,10 +191,10 @@ void set_options(const Settings& s, const Vec3& gravity, mjOption& option) {
   // without the automatic reset a blow-up stays visible instead of starting again from the reference state
   option.disableflags = mjDSBL_AUTORESET;
   if (!s.get<bool>("warmstart")) option.disableflags |= mjDSBL_WARMSTART;
-  if (!s.get<bool>("islands")) option.disableflags |= mjDSBL_ISLAND;
   if (!s.get<bool>("euler_damping")) option.disableflags |= mjDSBL_EULERDAMP;
   if (!s.get<bool>("refsafe")) option.disableflags |= mjDSBL_REFSAFE;
   option.enableflags = 0;
+  set_islands(s.get<bool>("islands"), option);
 }
 
 bool has_own_actuators(const Settings& s) { return !has_explicit_pd(s); }

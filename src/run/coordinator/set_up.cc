@@ -52,6 +52,20 @@ std::vector<std::string> names_of(const std::vector<AbsentEngine>& engines) {
   return names;
 }
 
+// As the launcher, which sets these up first. Returns where that is gone: the run says what it leaves out.
+void start_again(const std::vector<std::string>& names) {
+  flush_output();
+  const std::string path = launcher();
+  std::vector<std::string> words = command_line();
+  ::setenv(kWanted, join(names, " ").c_str(), 1);
+  std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  ::execv(path.c_str(), arguments.data());
+  ::unsetenv(kWanted);
+}
+
 }  // namespace
 
 std::vector<AbsentEngine> obtainable(const std::vector<AbsentEngine>& absent) {
@@ -89,16 +103,13 @@ void obtain_engines(const Campaign& campaign, const std::vector<std::string>* co
       fmt::format("the campaign '{}' has contenders of engines that are not set up: {}; they are set up first "
                   "(--no-set-up goes on without them)",
                   campaign.name, obtainable_text(needed)));
-  flush_output();
-  const std::string path = launcher();
-  std::vector<std::string> words = command_line();
-  ::setenv(kWanted, join(names_of(needed), " ").c_str(), 1);
-  std::vector<char*> arguments;
-  arguments.reserve(words.size() + 1);
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  ::execv(path.c_str(), arguments.data());
-  ::unsetenv(kWanted);  // the launcher is gone: the run says what it leaves out
+  start_again(names_of(needed));
+}
+
+void obtain_by_name(const std::vector<std::string>& names, const std::string& what) {
+  if (names.empty() || launcher().empty() || !variable(kTried).empty()) return;
+  message(what);
+  start_again(names);
 }
 
 }  // namespace assay

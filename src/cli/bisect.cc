@@ -1,0 +1,486 @@
+// `assay bisect`: which release of an engine changed what a robot does, how much, and by which mechanism.
+#include "bisect/bisect.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "base/errors.h"
+#include "base/json.h"
+#include "base/output_file.h"
+#include "base/quantity.h"
+#include "base/text.h"
+#include "bisect/probes.h"
+#include "bisect/releases.h"
+#include "cli/answer.h"
+#include "cli/commands.h"
+#include "cli/control_options.h"
+#include "cli/model_options.h"
+#include "engines/builds.h"
+#include "engines/engine_files.h"
+#include "engines/facts.h"
+#include "engines/registry.h"
+#include "engines/releases.h"
+#include "explain/robots.h"
+#include "isolate/contained.h"
+#include "measures/statistics.h"
+#include "run/coordinator/set_up.h"
+
+namespace assay::cli {
+namespace {
+
+constexpr int kRestoringStarts = 3;
+constexpr int kSpeedRounds = 15;
+constexpr int kMostProbeLines = 12;
+
+struct BisectOptions {
+  ExplainRequest request;
+  ModelOptions model;  // or a results directory
+  std::optional<std::string> control, engine, contender, from, to, repeat, out;
+  PolicyOptions policy;
+  bool quick = false, speed = false, json = false, no_set_up = false;
+  const CLI::App* command = nullptr;
+};
+
+// One of what is compared, in order: a release, or a repetition of one.
+struct Stage {
+  std::string release;
+  Side side;
+};
+
+// What is said of one change.
+struct Explained {
+  ReleaseChange change;
+  Apart size;
+  bool rounding = false;
+  std::vector<ProbeChange> probes;
+  std::string no_probes;
+  std::vector<Restoring> restored;
+  std::optional<Interval> slower;  // the newer's time of a step over the older's
+};
+
+std::string metres(double gap) { return gap == 0 ? "0" : gap < 1e-9 ? "< 1 nm" : quantity_text(gap, "m"); }
+
+// ---- what is compared ---------------------------------------------------------------------------------------------------
+
+// The contender in its newest release, and its engine.
+ResolvedContender contender_asked(const BisectOptions& options) {
+  const Registry& registry = Registry::instance();
+  std::string name = options.contender.value_or("");
+  if (name.empty() && options.engine) {
+    const auto engine = std::ranges::find(registry.engines(), *options.engine, &Engine::name);
+    std::vector<std::string> with;
+    for (const Engine* each : registry.engines()) {
+      if (!releases_of(each->name()).empty()) with.push_back(each->name());
+    }
+    if (engine == registry.engines().end() || releases_of(*options.engine).empty()) {
+      throw InputError(fmt::format("--engine is '{}', of which there are no releases: engines with releases are {}",
+                                   *options.engine, join(with, ", ")));
+    }
+    name = (*engine)->contenders().front().name;
+  }
+  if (name.empty()) throw InputError("which engine's releases? Give --engine mujoco, or --contender mujoco-rk4");
+  ResolvedContender contender = registry.resolve(without_build(name));
+  const std::string engine = contender.engine->name();
+  if (releases_of(engine).empty()) {
+    throw InputError(fmt::format("--contender {} is of {}, of which there are no releases", name, engine));
+  }
+  if (options.engine && *options.engine != engine) {
+    throw InputError(fmt::format("--contender {} is of {} and not of {}: leave --engine out", name, engine,
+                                 *options.engine));
+  }
+  return contender;
+}
+
+size_t place_of(const std::vector<std::string>& known, const std::string& option, const std::string& release,
+                const std::string& engine) {
+  const auto found = std::ranges::find(known, release);
+  if (found == known.end()) {
+    throw InputError(fmt::format("{} is '{}', and {} has no such release: it has {}", option, release, engine,
+                                 join(known, ", ")));
+  }
+  return static_cast<size_t>(found - known.begin());
+}
+
+std::vector<std::string> releases_asked(const BisectOptions& options, const std::string& engine) {
+  const std::vector<std::string> known = releases_of(engine);
+  const size_t from = options.from ? place_of(known, "--from", *options.from, engine) : 0;
+  const size_t to = options.to ? place_of(known, "--to", *options.to, engine) : known.size() - 1;
+  if (from > to) throw InputError(fmt::format("--from {} is newer than --to {}: exchange them", known[from], known[to]));
+  std::vector<std::string> asked(known.begin() + static_cast<std::ptrdiff_t>(from),
+                                 known.begin() + static_cast<std::ptrdiff_t>(to) + 1);
+  if (options.repeat) {
+    const int count = parse_count("--repeat", *options.repeat, 2, 1000);
+    if (asked.size() > 1) throw InputError("--repeat is of one release: give it with --from and --to, both the same");
+    asked.assign(static_cast<size_t>(count), asked.front());
+  } else if (asked.size() < 2) {
+    throw InputError(fmt::format("--from and --to are both {}: give two releases, or --repeat 20 for repetitions of one",
+                                 asked.front()));
+  }
+  return asked;
+}
+
+// Releases that are not set up are, where this program came from a clone; with --quick only those that are needed would
+// do, but which these are is known too late.
+void obtain(const BisectOptions& options, const std::string& engine, const std::vector<std::string>& asked) {
+  if (options.no_set_up) return;
+  std::vector<std::string> wanted;
+  for (const std::string& release : std::set<std::string>(asked.begin(), asked.end())) {
+    if (release_plugin(engine, release).empty()) wanted.push_back(in_build(engine, release));
+  }
+  obtain_by_name(wanted, fmt::format("{} of {} not set up: {} first, some 10 s each (--no-set-up goes on without)",
+                                     counted(wanted.size(), "release", "releases"),
+                                     wanted.size() == 1 ? engine + " is" : engine + " are",
+                                     wanted.size() == 1 ? "it is made" : "they are made"));
+}
+
+// ---- the answer ---------------------------------------------------------------------------------------------------------
+
+std::string group_text(const std::vector<Stage>& stages, const ReleaseGroup& group) {
+  const std::string &first = stages[group.first].release, &last = stages[group.last].release;
+  return group.first == group.last ? first : first + " to " + last;
+}
+
+Json values_json(const ReleaseValues& values) {
+  Json json = {{"energy_J", values.energy},       {"contacts", values.contacts},
+               {"penetration_m", values.penetration}, {"joint_error_m", values.joint_error},
+               {"limit_rad", values.limit},       {"falls", nullptr}};
+  if (values.falls) json["falls"] = *values.falls;
+  return json;
+}
+
+Json change_json(const std::string& engine, const std::vector<Stage>& stages, const Explained& of,
+                 const std::vector<MeasuredRelease>& measured) {
+  Json probes = Json::array(), restored = Json::array();
+  for (const ProbeChange& each : of.probes) {
+    probes.push_back({{"probe", each.before.probe},
+                      {"condition", each.before.condition},
+                      {"quantity", each.before.quantity},
+                      {"unit", each.before.unit},
+                      {"before", each.before.value},
+                      {"after", each.after}});
+  }
+  for (const Restoring& each : of.restored) {
+    restored.push_back({{"setting", each.setting}, {"left_m", each.left}, {"same_bits", each.same_bits}});
+  }
+  Json json = {{"before", stages[of.change.before].release},
+               {"after", stages[of.change.after].release},
+               {"distance_m", of.size.mean},
+               {"largest_m", of.size.largest},
+               {"rounding", of.rounding},
+               {"values_before", values_json(measured[of.change.before].values)},
+               {"values_after", values_json(measured[of.change.after].values)},
+               {"probes", probes},
+               {"no_probes", of.no_probes},
+               {"restoring", restored},
+               {"changelog", changelog_of(engine, stages[of.change.after].release)},
+               {"step_time_ratio", nullptr}};
+  if (of.slower) {
+    json["step_time_ratio"] = {{"value", of.slower->value}, {"low", of.slower->low}, {"high", of.slower->high}};
+  }
+  return json;
+}
+
+void add_change(const std::string& robot, const ResolvedContender& contender, const std::vector<Stage>& stages,
+                const Explained& of, const std::vector<MeasuredRelease>& measured, bool timed, Answer& answer) {
+  const std::string &before = stages[of.change.before].release, &after = stages[of.change.after].release;
+  const ReleaseValues &was = measured[of.change.before].values, &is = measured[of.change.after].values;
+  answer.part(fmt::format("{} to {}: {}", before, after, of.rounding ? "rounding" : "the motion changed"));
+  answer.fact("motion", fmt::format("bodies {} apart in the mean until they are {} apart, one of them {} at most",
+                                    metres(of.size.mean), quantity_text(kFarMetres, "m", 2), metres(of.size.largest)));
+  if (!of.rounding) {
+    answer.fact("energy at the end", fmt::format("{:.6g} to {:.6g} J", was.energy, is.energy));
+    if (was.contacts > 0 || is.contacts > 0) {
+      answer.fact("touching pairs", fmt::format("{:.3g} to {:.3g} in the mean", was.contacts, is.contacts));
+      answer.fact("penetration", fmt::format("{} to {}", metres(was.penetration), metres(is.penetration)));
+    }
+    if (was.limit > 0 || is.limit > 0) {
+      answer.fact("beyond limits", fmt::format("{:.3g} to {:.3g} rad", was.limit, is.limit));
+    }
+    if (was.falls && is.falls) {
+      answer.fact("falls", fmt::format("{:.0f} % to {:.0f} % of the runs", 100 * *was.falls, 100 * *is.falls));
+    }
+  }
+  if (of.slower) {
+    answer.fact("time of a step", fmt::format("times {:.3f} [{:.3f}, {:.3f}]", of.slower->value, of.slower->low,
+                                              of.slower->high));
+  } else if (timed) {
+    answer.fact("time of a step", "not measured in both");
+  }
+  if (!of.no_probes.empty()) answer.fact("mechanism", of.no_probes);
+  for (size_t i = 0; i < of.probes.size() && i < kMostProbeLines; ++i) {
+    answer.fact(i == 0 ? "mechanism" : "", probe_change_text(of.probes[i]));
+  }
+  if (of.probes.size() > kMostProbeLines) {
+    answer.fact("", fmt::format("and {} more (--json)", of.probes.size() - kMostProbeLines));
+  } else if (of.probes.empty() && of.no_probes.empty()) {
+    answer.fact("mechanism", "no probe differs");
+  }
+  for (size_t i = 0; i < of.restored.size() && i < 3; ++i) {
+    const Restoring& each = of.restored[i];
+    answer.fact(i == 0 ? "as before" : "",
+                fmt::format("with --set {} in {} {} is left{}", each.setting, after, metres(each.left),
+                            each.same_bits ? ": the same bits" : ""));
+  }
+  if (!of.rounding && of.restored.empty()) answer.fact("as before", "no setting alone brings half of it back");
+  if (const std::string place = changelog_of(contender.engine->name(), after); !place.empty()) {
+    answer.fact("changelog", place);
+  }
+  if (!of.rounding) {
+    answer.fact("further", fmt::format("assay explain {} {} {}", robot, in_build(contender.base, before),
+                                       in_build(contender.base, after)));
+  }
+}
+
+// ---- the command --------------------------------------------------------------------------------------------------------
+
+int run_bisect(const BisectOptions& options) {
+  ExplainRequest request = options.request;
+  request.model = options.model.model;
+  request.load = load_options(options.model);
+  const std::vector<std::string> words = given_words(*options.command, kModelGroup);
+  if (!words.empty()) request.load_option = words.front();
+  request.policy_given = options.policy.any();
+  request.control_given = options.control || request.policy_given;
+  if (!holds_results(request.model)) {
+    request.control = control_given(options.control, options.policy).value_or(ControlSpec());
+  }
+  const ResolvedContender contender = contender_asked(options);
+  const std::string engine = contender.engine->name();
+  const std::vector<std::string> asked = releases_asked(options, engine);
+  obtain(options, engine, asked);
+  request.a = request.b = contender.base;
+  rehearse(
+      fmt::format("reading '{}'", request.model),
+      [&] {
+        const ExplainQuestion question = explain_question(request);
+        question.control->rehearse();
+      },
+      model_caches());
+  const ExplainQuestion question = explain_question(request);
+  tell_notes(question.model);
+  const auto samples = static_cast<size_t>(question.samples) + 1;
+  const double tolerance = rounding_gap(question);
+
+  std::vector<Stage> stages;
+  for (const std::string& release : asked) {
+    Side side = question.a;
+    side.name = release;
+    side.contender = in_build(without_build(side.contender), release);
+    stages.push_back({release, side});
+  }
+  ProgressLine progress;
+  std::string doing = "releases";
+  ReleaseRunner runner(question, [&](size_t done, size_t of) {
+    if (progress.due()) progress.show(fmt::format("{}: {}, {} of {} runs", question.model.name, doing, done, of));
+  });
+  std::vector<MeasuredRelease> measured(stages.size());
+  const RunReleases run = [&](const std::vector<size_t>& which) {
+    std::vector<Side> sides;
+    std::vector<size_t> places;
+    std::vector<ReleaseResult> results;
+    for (const size_t i : which) {
+      const Registry& registry = Registry::instance();
+      if (const auto lacking = registry.lacking_release(stages[i].side.contender)) {
+        measured[i].result = {stages[i].release, *lacking, ""};
+      } else if (!registry.has(stages[i].side.contender)) {
+        measured[i].result = {stages[i].release, fmt::format("has no contender '{}'", contender.base), ""};
+      } else {
+        sides.push_back(stages[i].side);
+        places.push_back(i);
+      }
+    }
+    if (!sides.empty()) {
+      std::vector<MeasuredRelease> made = runner.run(sides, question.starts);
+      for (size_t k = 0; k < places.size(); ++k) measured[places[k]] = std::move(made[k]);
+    }
+    results.reserve(which.size());
+    for (const size_t i : which) results.push_back(measured[i].result);
+    return results;
+  };
+  const ReleaseDistance distance = [&](size_t a, size_t b) {
+    return apart(measured[a].tracks, measured[b].tracks, samples).largest;
+  };
+  // the noise of one release: the first that can be run, once more
+  double noise = 0;
+  for (const Stage& stage : stages) {
+    if (options.repeat || !Registry::instance().has(stage.side.contender)) continue;
+    doing = "repetitions of " + stage.release;
+    const std::vector<MeasuredRelease> twice = runner.run({stage.side, stage.side}, question.starts);
+    if (!twice[0].result.usable() || !twice[1].result.usable()) continue;
+    if (twice[0].result.bits != twice[1].result.bits) noise = apart(twice[0].tracks, twice[1].tracks, samples).largest;
+    break;
+  }
+  doing = "releases";
+  const Course course = find_course(stages.size(), options.quick, noise, run, distance);
+  if (course.groups.empty()) {
+    progress.clear();
+    throw InputError(fmt::format("no release could be run: {}", measured.front().result.failure));
+  }
+
+  std::vector<std::vector<double>> times(stages.size());
+  if (options.speed) {
+    std::set<size_t> ends;
+    for (const ReleaseChange& change : course.changes) ends.insert({change.before, change.after});
+    std::vector<Side> sides;
+    for (const size_t i : ends) sides.push_back(stages[i].side);
+    progress.show(fmt::format("{}: time of a step", question.model.name));
+    const std::vector<std::vector<double>> found = runner.step_us(sides, kSpeedRounds);
+    size_t k = 0;
+    for (const size_t i : ends) times[i] = found[k++];
+  }
+  std::vector<Explained> explained;
+  for (const ReleaseChange& change : course.changes) {
+    Explained of{.change = change};
+    const MeasuredRelease &before = measured[change.before], &after = measured[change.after];
+    of.size = apart(before.tracks, after.tracks, samples);
+    of.rounding = of.size.mean <= tolerance;
+    const auto probes_of = [&](size_t i) { return run_probes(release_plugin(engine, stages[i].release), 60); };
+    const ProbeRun old = probes_of(change.before), young = probes_of(change.after);
+    of.no_probes = !old.failure.empty() ? old.failure : young.failure;
+    if (of.no_probes.empty()) of.probes = probe_changes(old.values, young.values);
+    if (!of.rounding) {
+      doing = fmt::format("settings of {}", stages[change.after].release);
+      of.restored = restoring(runner, stages[change.after].side, before, of.size.mean,
+                              std::min(kRestoringStarts, question.starts), samples);
+    }
+    const std::vector<double>&old_us = times[change.before], &new_us = times[change.after];
+    if (!old_us.empty() && old_us.size() == new_us.size()) {
+      std::vector<double> ratios;
+      for (size_t i = 0; i < old_us.size(); ++i) ratios.push_back(new_us[i] / old_us[i]);
+      of.slower = bootstrap_median(ratios, 1);
+    }
+    explained.push_back(std::move(of));
+  }
+  progress.clear();
+
+  Json json = {{"system", question.model.name},
+               {"model_hash", question.model.hash},
+               {"engine", engine},
+               {"contender", contender.base},
+               {"control", question.control->description()},
+               {"timestep_ms", question.timestep_ms},
+               {"seconds", question.seconds()},
+               {"starts", question.starts},
+               {"noise_m", noise},
+               {"releases", Json::array()},
+               {"groups", Json::array()},
+               {"changes", Json::array()}};
+  for (size_t i = 0; i < stages.size(); ++i) {
+    const ReleaseResult& result = measured[i].result;
+    const bool usable = result.usable() && !result.bits.empty();
+    json["releases"].push_back({{"release", stages[i].release},
+                                {"run", usable},
+                                {"failure", result.failure},
+                                {"bits", result.bits},
+                                {"values", usable ? values_json(measured[i].values) : Json(nullptr)}});
+  }
+  for (const ReleaseGroup& group : course.groups) {
+    json["groups"].push_back({{"first", stages[group.first].release},
+                              {"last", stages[group.last].release},
+                              {"inferred", group.inferred}});
+  }
+  for (const Explained& of : explained) json["changes"].push_back(change_json(engine, stages, of, measured));
+
+  Answer answer;
+  const auto motions = std::ranges::count_if(explained, [](const Explained& of) { return !of.rounding; });
+  answer.part(fmt::format("{}: {} of {}", question.model.name,
+                          counted(explained.size(), "change point", "change points"), contender.base));
+  answer.line(fmt::format("{}; {} of {} s at {} ms; {}", question.control->description(),
+                          counted(static_cast<size_t>(question.starts), "start", "starts"), shortest(question.seconds()),
+                          timestep_label(question.timestep_ms),
+                          noise == 0 ? "repetitions of a release end in the same bits"
+                                     : fmt::format("repetitions of a release are {} apart", metres(noise))));
+  std::vector<std::vector<std::string>> rows;
+  for (const ReleaseGroup& group : course.groups) {
+    const ReleaseValues& values = measured[group.first].values;
+    rows.push_back({group_text(stages, group), fmt::format("{}", group.last - group.first + 1),
+                    fmt::format("{:.6g}", values.energy), fmt::format("{:.3g}", values.contacts),
+                    metres(values.penetration), group.inferred ? "ends alike, not all run" : "same bits"});
+  }
+  answer.table({"releases", "number", "energy at the end (J)", "touching pairs", "penetration", ""}, std::move(rows),
+               {1, 2, 3});
+  for (size_t i = 0; i < stages.size(); ++i) {
+    if (measured[i].result.usable()) continue;
+    answer.line(fmt::format("left out: {} ({})", stages[i].release, measured[i].result.failure));
+  }
+  for (const Explained& of : explained) {
+    if (of.change.after - of.change.before > 1 && !options.repeat) {
+      answer.line(fmt::format("the change between {} and {} lies in one of {} steps", stages[of.change.before].release,
+                              stages[of.change.after].release, of.change.after - of.change.before));
+    }
+  }
+  for (const Explained& of : explained) {
+    add_change(request.model, contender, stages, of, measured, options.speed, answer);
+  }
+  if (options.out) {
+    std::error_code ignored;  // what cannot be made cannot be written to: that is said
+    std::filesystem::create_directories(*options.out, ignored);
+    OutputFile file((std::filesystem::path(*options.out) / "bisect.json").string());
+    file.write(dump_json(json) + "\n");
+    file.finish();
+  }
+  if (options.json) {
+    print_json(json);
+  } else {
+    print(answer);
+  }
+  return motions > 0 ? kFailed : kDone;
+}
+
+}  // namespace
+
+void add_bisect(CLI::App& app, Action& action) {
+  CLI::App* command = add_command(
+      app, "bisect", "Find the release of an engine that changed what a robot does",
+      {{"assay bisect my_robot.xml --engine mujoco", "all releases; what is not set up is fetched and compiled first"},
+       {"assay bisect my_robot.xml --contender mujoco-implicitfast --from 3.6.0 --to 3.7.0 --timestep 5",
+        "one step, and by which mechanism"},
+       {"assay bisect cart_pole.xml --engine mujoco --policy-config policy.toml --quick", "under a policy, by halves"},
+       {"assay bisect humanoid --engine mujoco --from 3.7.0 --to 3.7.0 --repeat 20", "the noise of one release"}});
+  const auto options = std::make_shared<BisectOptions>();
+  options->command = command;
+  ExplainRequest& request = options->request;
+  command->add_option("ROBOT", options->model.model, "MJCF or URDF file, a system's name, or a results directory")
+      ->required()
+      ->type_name("");
+  command->add_option("--engine", options->engine, "Engine with releases, as mujoco: its first contender is run")
+      ->type_name("ENGINE");
+  command->add_option("--contender", options->contender, "Contender of the engine to run instead")
+      ->type_name("CONTENDER");
+  command->add_option("--from", options->from, "Oldest release (default: the oldest there is)")->type_name("RELEASE");
+  command->add_option("--to", options->to, "Newest release (default: the newest there is)")->type_name("RELEASE");
+  command->add_flag("--quick", options->quick, "Halve between releases that differ instead of running all")
+      ->disable_flag_override();
+  command->add_flag("--speed", options->speed, "Measure the time of a step on both sides of each change, too")
+      ->disable_flag_override();
+  command->add_option("--repeat", options->repeat, "Repetitions of one release instead (--from and --to the same)")
+      ->type_name("N");
+  command
+      ->add_option("--control", options->control,
+                   "passive, sine, actuators, hold, random, or a CSV file of torques (default: actuators)")
+      ->type_name("CONTROL");
+  add_policy_options(*command, options->policy);
+  command
+      ->add_option("--timestep", request.timestep,
+                   "Timestep in milliseconds, also as a fraction (default: the policy's of training, else 1)")
+      ->type_name("MS");
+  command->add_option("--seconds", request.seconds, "Length of a run (default: 2, under a policy 4)")->type_name("S");
+  command->add_option("--seeds", request.seeds, "Perturbed starts (default: 10)")->type_name("N");
+  command->add_option("--system", request.system, "System, if the results hold several")->type_name("NAME");
+  command->add_option("--jobs", request.jobs, "Runs at a time (default: one a core)")->type_name("N");
+  command->add_option("--out", options->out, "Folder for bisect.json, what --json prints")->type_name("DIR");
+  command->add_flag("--no-set-up", options->no_set_up, "Use the releases that are set up, and say which are not")
+      ->disable_flag_override();
+  command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();
+  add_load_options(*command, options->model);
+  command->footer(command->get_footer() +
+                  "\nThe status is 1 where the motion changed between two releases by more than rounding, else 0.\n");
+  command->callback([&action, options] { action = [options] { return run_bisect(*options); }; });
+}
+
+}  // namespace assay::cli
