@@ -267,9 +267,9 @@ def answer(point):
     return f"`{point.contender}` at {ms(point.timestep)}, {about}{digits(point.speed)} times real time{at_end(point)}"
 
 
-# ---- docs/engines.md: the field -------------------------------------------------------------------------------------
+# ---- docs/lab/engines.md: the field -------------------------------------------------------------------------------------
 
-ENGINES = "docs/engines.md"
+ENGINES = "docs/lab/engines.md"
 DISPLAY = {"mujoco-euler": "MuJoCo", "mujoco-warp": "MuJoCo Warp", "mjx": "MJX", "newton-mujoco": "Newton's MuJoCo solver",
            "havok": "Havok", "jolt-f32": "Jolt", "physx56-art-tgs4": "PhysX 5.6's articulations"}
 
@@ -451,9 +451,9 @@ def missed_depths(runs):
     return [f"looks every 32 ms would miss {100 * most:.0f} % of the largest depth of PhysX on 27 capsules, and {100 * least:.0f} to {100 * next_most:.0f} % of others'"]
 
 
-# ---- docs/claims.md --------------------------------------------------------------------------------------------------
+# ---- docs/lab/claims.md --------------------------------------------------------------------------------------------------
 
-CLAIMS = "docs/claims.md"
+CLAIMS = "docs/lab/claims.md"
 # Engines of the table of claim 4, each with all of its contenders.
 PRACTICE = {"MuJoCo": ("mujoco",), "ODE": ("ode",), "PhysX": ("physx",), "Bullet": ("bullet-f64", "bullet-f32"), "Havok": ("havok", "havok-node"),
             "DART": ("dart",), "Jolt": ("jolt-f32", "jolt-f64"), "Rapier": ("rapier",)}
@@ -517,7 +517,7 @@ def havok_is_the_largest(runs):
     return "Havok has the largest figure of these in every column"
 
 
-@sentence("docs/self-consistency.md")
+@sentence("docs/lab/self-consistency.md")
 def explicit_dampers(runs):
     run, held = runs.full, collections.Counter()
     for contender in run.cells("grasp"):
@@ -530,7 +530,7 @@ def explicit_dampers(runs):
             f" `havok-default` at no timestep; none holds it at 1 ms")
 
 
-@sentence("docs/self-consistency.md")
+@sentence("docs/lab/self-consistency.md")
 def implicit_dampers(runs):
     def held(name):
         return runs.full.holds_up_to(name)
@@ -540,9 +540,9 @@ def implicit_dampers(runs):
             f" {fractions.Fraction(held('physx-d6-pgs')[0])}, `havok` {held('havok-native-pd')[0]:g} instead of {fractions.Fraction(held('havok')[0])}.")
 
 
-# ---- docs/settings.md ------------------------------------------------------------------------------------------------
+# ---- docs/lab/settings.md ------------------------------------------------------------------------------------------------
 
-SETTINGS = "docs/settings.md"
+SETTINGS = "docs/lab/settings.md"
 COUNTS = ("none", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve", "thirteen")
 
 
@@ -603,7 +603,7 @@ def half_widths(runs):
     return f"speeds are good to {100 * statistics.median(halves):.0f} % in the median and to {100 * max(halves):.0f} % at worst (95 % intervals of two processes)"
 
 
-# ---- docs/engines.md: the run with the newer engines ----------------------------------------------------------------
+# ---- docs/lab/engines.md: the run with the newer engines ----------------------------------------------------------------
 
 NEWER = ("drake-sap", "dartpy", "sapien-tgs", "superdex", "box3d")  # contenders of the engines that came or changed
 
@@ -688,7 +688,7 @@ def steps_of_the_newer_run(runs):
             f" more above the value, so most orders of speed in this run are not settled. A step of the humanoid at 1 ms takes {', '.join(shown)}.")
 
 
-# ---- docs/engines.md: many worlds ------------------------------------------------------------------------------------
+# ---- docs/lab/engines.md: many worlds ------------------------------------------------------------------------------------
 
 @sentence(ENGINES)
 def most_world_steps(runs):
@@ -710,9 +710,9 @@ def most_world_steps(runs):
             f" humanoid ({digits(others[0] / 1e3)} thousand), on one.")
 
 
-# ---- docs/contact-truth.md -------------------------------------------------------------------------------------------
+# ---- docs/lab/contact-truth.md -------------------------------------------------------------------------------------------
 
-CONTACTS = "docs/contact-truth.md"
+CONTACTS = "docs/lab/contact-truth.md"
 
 
 def off(runs, system, contender, timestep=1):
@@ -919,7 +919,7 @@ def policies_in_the_readme(runs):
     return rows
 
 
-@sentence("docs/sim2sim.md")
+@sentence("docs/lab/policies.md")
 def policies_in_the_guide(runs):
     rows = []
     for contender in runs.quadruped.contenders:
@@ -960,16 +960,16 @@ def why_it_falls(runs):
     return f'an implicit one (`law = "engine"`) closes {share(first["share_with_those_before"])} of the gap'
 
 
-@sentence("docs/sim2sim.md")
+@sentence("docs/lab/policies.md")
 def a_fall_and_its_hint(runs):
     slow, trained = slow_quadruped(runs)[20], slow_quadruped(runs)[5]
     assert slow["fall_rate"] == 1 and trained["fall_rate"] == 0
     return (f"At 5 ms `mujoco-euler` stays up in all 20 runs; at 20 ms it falls in all 20 runs, after {slow['time_up']:.2f} s in the mean"
-            f" ([run](../results/{runs.folder('quadruped_20ms')}/README.md)). The matrix has a first hint: the joints take {slow['joint_power'] / 1e3:.1f} kW instead of"
+            f" ([run](../../results/{runs.folder('quadruped_20ms')}/README.md)). The matrix has a first hint: the joints take {slow['joint_power'] / 1e3:.1f} kW instead of"
             f" {trained['joint_power']:.0f} W.")
 
 
-@sentence("docs/sim2sim.md")
+@sentence("docs/lab/policies.md")
 def advice(runs):
     of = explanation(runs)
     law, step = of["causes"][:2]
@@ -979,7 +979,7 @@ def advice(runs):
             f" {share(step['share'])} of the gap; with those before {share(of['advice'][1]['share_with_those_before'])}.")
 
 
-@sentence("docs/sim2sim.md")
+@sentence("docs/lab/policies.md")
 def first_bodies(runs):
     when = statistics.median(runs.quadruped.samples("policy", "bullet-mb", 5, "transfer", "parting_s of states"))
     return f"which is earlier: {1e3 * when:.0f} ms with `bullet-mb`."
@@ -995,7 +995,7 @@ def excesses(of, trained):
     return {name: of[name][0] / trained[name][0] for name in both if of[name][1] >= 2 * trained[name][2]}
 
 
-@sentence("docs/sim2sim.md")
+@sentence("docs/lab/policies.md")
 def the_worst_follower(runs):
     cells = {contender: steps[5]["transfer"][1] for contender, steps in runs.quadruped.cells("policy").items()}
     found = {contender: excesses(of, cells["mujoco-euler"]) for contender, of in cells.items()}
@@ -1027,7 +1027,7 @@ def percents(of):
     return f"{100 * of[1]:.0f} to {100 * of[2]:.0f} %"
 
 
-@sentence("docs/sim2sim.md")
+@sentence("docs/lab/policies.md")
 def pushed_on_rough_ground(runs):
     run = runs.quadruped_rough
     cells = {contender: steps[5]["transfer"][1] for contender, steps in run.cells("rough").items()}
@@ -1049,7 +1049,7 @@ def pushed_on_rough_ground(runs):
     return rows
 
 
-@sentence("docs/sim2sim.md")
+@sentence("docs/lab/policies.md")
 def what_falls_on_rough_ground_depend_on(runs):
     run = runs.quadruped_rough
     rough, finer, level = falls_of(run, "rough"), falls_of(run, "rough-finer", 2.5), falls_of(run, "level")
@@ -1061,7 +1061,7 @@ def what_falls_on_rough_ground_depend_on(runs):
             f"{rough['mujoco-euler'] / 2:.0f} % of its runs with its own friction, {rough['mujoco-euler-elliptic'] / 2:.0f} % with the elliptic cone and {rough['mujoco-euler-noslip'] / 2:.0f} % without creep"]
 
 
-@sentence("docs/sim2sim.md")
+@sentence("docs/lab/policies.md")
 def cart_poles(runs):
     cells = [(contender, values) for contender, steps in runs.cart_pole.cells("policy").items() for at in steps.values() for _, values in at.values()]
     assert all(values["fall_rate"][0] == 0 for _, values in cells) and 20 * len(cells) == 660
@@ -1071,7 +1071,7 @@ def cart_poles(runs):
     return f"Ten of them stay within 1 mm of the run in MuJoCo; Havok separates after {min(times):.2f} to {max(times):.2f} s"
 
 
-@sentence("docs/sim2sim.md")
+@sentence("docs/lab/policies.md")
 def all_stay_up(runs):
     cells = runs.quadruped.cells("policy")
     assert all(steps[5]["transfer"][1]["fall_rate"][0] == 0 for steps in cells.values())

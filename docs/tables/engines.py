@@ -13,9 +13,9 @@ import tomllib
 
 from .common import DOCS, milliseconds, opened, standing, table, write
 
-PAGE = DOCS / "engines.md"
-FULL = PAGE.parents[1] / "results/intel-xeon-2-cores/assay.sqlite.xz"
-RELEASES = tomllib.loads(PAGE.with_name("releases.toml").read_text("utf-8"))
+PAGE = DOCS / "lab/engines.md"
+FULL = DOCS.parent / "results/intel-xeon-2-cores/assay.sqlite.xz"
+RELEASES = tomllib.loads((DOCS / "releases.toml").read_text("utf-8"))
 NO = "–"
 SI = [(1, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n")]
 # Limited values in words.

@@ -50,7 +50,7 @@ class Documents(AssayTest):
                             f"findings/{engine.name}/[!s]*.py", f"benchmarks/direct_{engine.name}.py"]:
                 for path in SOURCE.glob(pattern):
                     self.assertIn(f"](../../../{path.relative_to(SOURCE)})", text, engine.name)
-            self.assertIn("](../../../docs/conformance.md)", text, engine.name)
+            self.assertIn("](../../conformance/README.md)", text, engine.name)
 
     def test_commands_exist(self):
         seen = set()

@@ -55,7 +55,7 @@ class Contender(Record):
 
 
 class Deviation(Record):
-    """A departure from the model's physics that is the engine's own: see docs/conformance.md."""
+    """A departure from the model's physics that is the engine's own: see src/conformance/README.md."""
 
     _defaults = {"test": "", "bound": 0.0, "reason": ""}
 
