@@ -960,16 +960,16 @@ def why_it_falls(runs):
     return f'an implicit one (`law = "engine"`) closes {share(first["share_with_those_before"])} of the gap'
 
 
-@sentence("docs/lab/policies.md")
+@sentence("docs/guide.md")
 def a_fall_and_its_hint(runs):
     slow, trained = slow_quadruped(runs)[20], slow_quadruped(runs)[5]
     assert slow["fall_rate"] == 1 and trained["fall_rate"] == 0
     return (f"At 5 ms `mujoco-euler` stays up in all 20 runs; at 20 ms it falls in all 20 runs, after {slow['time_up']:.2f} s in the mean"
-            f" ([run](../../results/{runs.folder('quadruped_20ms')}/README.md)). The matrix has a first hint: the joints take {slow['joint_power'] / 1e3:.1f} kW instead of"
+            f" ([run](../results/{runs.folder('quadruped_20ms')}/README.md)). The matrix has a first hint: the joints take {slow['joint_power'] / 1e3:.1f} kW instead of"
             f" {trained['joint_power']:.0f} W.")
 
 
-@sentence("docs/lab/policies.md")
+@sentence("docs/guide.md")
 def advice(runs):
     of = explanation(runs)
     law, step = of["causes"][:2]
@@ -1047,6 +1047,12 @@ def pushed_on_rough_ground(runs):
         rows.append(f"| `{contender}` | {100 * of['fall_rate'][0]:.1f} % | {percents(of['fall_rate'])} | {mark} | {of['time_up'][0]:.1f} s |"
                     f" {of['velocity_error'][0]:.2f} m/s | {of['foot_slip'][0]:.2f} m/s |")
     return rows
+
+
+@sentence("docs/guide.md")
+def shares_of_falls_on_rough_ground(runs):
+    falls = falls_of(runs.quadruped_rough, "rough").values()
+    return f"and falls in {min(falls) / 2:.0f} to {max(falls) / 2:.0f} % of the runs on [rough ground with pushes]"
 
 
 @sentence("docs/lab/policies.md")

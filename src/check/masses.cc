@@ -13,7 +13,7 @@
 namespace assay::findings {
 namespace {
 
-// Iterative solvers carry a heavy body on a light one the worse, the larger the ratio of their masses. docs/lab/robots.md
+// Iterative solvers carry a heavy body on a light one the worse, the larger the ratio of their masses. docs/guide.md
 // has the figures behind this threshold.
 constexpr double kLargeRatio = 100;
 
