@@ -27,7 +27,10 @@ import packed  # noqa: E402
 import standing  # noqa: E402
 
 sys.path.insert(0, str(ROOT / "docs"))
-from tables import contacts as contact_tables, engines as engine_tables  # noqa: E402
+from tables import contacts as contact_tables, engines as engine_tables, self_consistency  # noqa: E402
+
+RESULTS = "docs/results.md"
+COUNTS = ("none", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve", "thirteen")
 
 Point = collections.namedtuple("Point", "contender timestep speed timed worst edge")
 
@@ -506,6 +509,43 @@ def own_iterations(runs):
             f" {time['physx-d6-pgs4'] / time['mujoco-euler']:.2f} times MuJoCo Euler's {time['mujoco-euler']:.1f}; with 50 it takes {time['physx-d6-pgs']:.1f}.")
 
 
+@sentence(RESULTS)
+def verdicts_in_brief(_):
+    """The verdicts of lab/claims.md, and in the last column no number that is not there."""
+    claims, brief = ((ROOT / page).read_text("utf-8") for page in (CLAIMS, RESULTS))
+    rows = {}
+    for number, title, verdict, figures in re.findall(r"^\| (\d+) \| ([^|]+) \| ([^|]+) \| ([^|]+) \|$", claims[:claims.index("### 1. ")], re.M):
+        known = {float(value) for value in re.findall(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?", figures)}
+        today = re.search(rf"^\| {number} \| [^|]+ \| [^|]+ \| ([^|]+) \|$", brief, re.M).group(1)
+        for text in re.findall(r"\d+(?:\.\d+)?", today):
+            half = 0.5 * 10.0 ** -len(text.partition(".")[2]) + 1e-9
+            assert any(abs(float(text) - other) <= half or float(text) == float(f"{other:.2g}") for other in known), (number, text)
+        rows[number] = f"| {number} | {title} | {verdict} |"
+    assert len(rows) == 17
+    counts = collections.Counter(row.split("|")[3].strip(" *") for row in rows.values())
+    return [*rows.values(), f"{COUNTS[counts['holds']]} hold today, {COUNTS[counts['changed']]} have changed, and {COUNTS[counts['not settled']]} are [not settled]"]
+
+
+@sentence(RESULTS)
+def iterations_in_brief(runs):
+    time = {name: runs.full.value("humanoid", name, 1, "step_time") for name in ("mujoco-euler", "physx-d6-pgs4", "physx-d6-pgs")}
+    four, fifty = (time[name] / time["mujoco-euler"] for name in ("physx-d6-pgs4", "physx-d6-pgs"))
+    return f"with its own 4 PhysX takes {four:.2f} times MuJoCo's step on the humanoid, with 50 {fifty:.1f} times."
+
+
+@sentence(RESULTS)
+def softness_in_brief(runs):
+    first = runs.full.fastest("humanoid", consistency=MM)[0]
+    return f"the fastest contender within 1 mm on the humanoid sinks in by {1e3 * first.worst['penetration_max']:.0f} mm."
+
+
+@sentence(RESULTS)
+def misrankings_in_brief(runs):
+    short, long = (self_consistency.inversions(self_consistency.rankings(runs.full.db, length)[0][30]) for length in (128, 2048))
+    assert not long[1]
+    return f"misrank {len(short[1])} of {short[0]} clearly different pairs at 30 times real time; pieces of 2 s none of {long[0]}"
+
+
 @sentence(CLAIMS)
 def havok_is_the_largest(runs):
     for system in ("planar-chain", "humanoid", "capsules-27"):
@@ -517,7 +557,7 @@ def havok_is_the_largest(runs):
     return "Havok has the largest figure of these in every column"
 
 
-@sentence("docs/lab/self-consistency.md")
+@sentence(RESULTS)
 def explicit_dampers(runs):
     run, held = runs.full, collections.Counter()
     for contender in run.cells("grasp"):
@@ -530,7 +570,7 @@ def explicit_dampers(runs):
             f" `havok-default` at no timestep; none holds it at 1 ms")
 
 
-@sentence("docs/lab/self-consistency.md")
+@sentence(RESULTS)
 def implicit_dampers(runs):
     def held(name):
         return runs.full.holds_up_to(name)
@@ -543,7 +583,6 @@ def implicit_dampers(runs):
 # ---- docs/lab/settings.md ------------------------------------------------------------------------------------------------
 
 SETTINGS = "docs/lab/settings.md"
-COUNTS = ("none", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve", "thirteen")
 
 
 def with_settings(run, system, **limits):
@@ -556,7 +595,7 @@ def with_settings(run, system, **limits):
     return found
 
 
-@sentence(SETTINGS)
+@sentence(RESULTS)
 def gains_on_the_pile(runs):
     run = runs.settings
     found = with_settings(run, "capsules-27", consistency=MM)
@@ -583,6 +622,17 @@ def overlap(run, system, best, own):
         return speed_at({h: cells["raw_speed"][1]["realtime_factor"][which] for h, cells in run.cells(system)[point.contender].items()
                          if "realtime_factor" in cells.get("raw_speed", ("", {}))[1]}, point.timestep)
     return end(best, 1) <= end(own, 2)
+
+
+@sentence(RESULTS)
+def hard_contacts_of_mujoco(runs):
+    speed = {}
+    for system in ("capsules-27", "humanoid"):
+        own = with_settings(runs.settings, system, consistency=MM)["mujoco-euler"][0]
+        hard = with_settings(runs.settings, system, consistency=MM, penetration_max=5 * MM)["mujoco-euler"][1]
+        assert "contact_timeconst=0.002" in hard.contender
+        speed[system] = f"{digits(hard.speed)} in place of {digits(own.speed)}"
+    return f"{speed['capsules-27']} times real time, {speed['humanoid']} ([tables](lab/settings.md))"
 
 
 @sentence(SETTINGS)
@@ -710,9 +760,7 @@ def most_world_steps(runs):
             f" humanoid ({digits(others[0] / 1e3)} thousand), on one.")
 
 
-# ---- docs/lab/contact-truth.md -------------------------------------------------------------------------------------------
-
-CONTACTS = "docs/lab/contact-truth.md"
+# ---- docs/results.md: contacts ---------------------------------------------------------------------------------------
 
 
 def off(runs, system, contender, timestep=1):
@@ -739,7 +787,7 @@ def floors(runs, system, *contenders):
         assert runs.contacts.value(system, contender, 1 / 16, "truth_floor") is not None, (system, contender)
 
 
-@sentence(CONTACTS)
+@sentence(RESULTS)
 def how_many_are_close(runs):
     run, best = runs.contacts, {}
     for engine, names_ in contact_tables.SHOWN.items():
@@ -751,10 +799,10 @@ def how_many_are_close(runs):
     order = sorted(best, key=lambda name: -best[name])
     first, *rest = order
     return (f"At 1 ms `{first}` is within 1 mm on {best[first]} of the {len(run.facts)} systems, " +
-            ", ".join(f"`{name}` on {best[name]}" for name in rest[:-1]) + f" and `{rest[-1]}` on {best[rest[-1]]}; for each engine the best of the contenders in the tables below.")
+            ", ".join(f"`{name}` on {best[name]}" for name in rest[:-1]) + f" and `{rest[-1]}` on {best[rest[-1]]}; for each engine the best of the contenders in the [tables](lab/contact-truth.md#errors).")
 
 
-@sentence(CONTACTS)
+@sentence(RESULTS)
 def no_contender_on_the_wheel(runs):
     error = runs.contacts.values("rimless-wheel", 1, "truth_error_max")
     fine = runs.contacts.values("rimless-wheel", 1 / 16, "truth_error_max")
@@ -765,7 +813,7 @@ def no_contender_on_the_wheel(runs):
             f" {mm(error['ode-quick'])}, `mujoco-default` at {mm(error['mujoco-default'])}. At 1/16 ms {names(close)} are.")
 
 
-@sentence(CONTACTS)
+@sentence(RESULTS)
 def the_pyramid_inside(runs):
     box = contact_tables.SlidingBox()
     error, way = off(runs, "sliding-box", "mujoco-default", 1 / 16), box.way()
@@ -775,7 +823,7 @@ def the_pyramid_inside(runs):
             f" pyramid lies inside the cone. With the elliptic cone (`mujoco-euler-elliptic`) {mm(off(runs, 'sliding-box', 'mujoco-euler-elliptic', 1 / 16))} mm are left.")
 
 
-@sentence(CONTACTS)
+@sentence(RESULTS)
 def the_pyramid_around(runs):
     box, same = contact_tables.SlidingBox(), ("ode-quick", "ode-default", "ode-step", "dart-default", "dartpy")
     floors(runs, "sliding-box", *same)
@@ -784,7 +832,7 @@ def the_pyramid_around(runs):
             f" along the slip, and is within {mm(off(runs, 'sliding-box', 'dart', 1 / 16))} mm.")
 
 
-@sentence(CONTACTS)
+@sentence(RESULTS)
 def two_directions_scaled(runs):
     box = contact_tables.SlidingBox()
     same = ("havok", "havok-default", "jolt-f32", "jolt-f64", "jolt-default", "box3d", "box3d-default", "rapier-default")
@@ -795,7 +843,7 @@ def two_directions_scaled(runs):
             f" the box comes to rest at {math.degrees(math.atan2(y, x)):.0f}° in place of {straight:.0f}°.")
 
 
-@sentence(CONTACTS)
+@sentence(RESULTS)
 def others_on_the_box(runs):
     floors(runs, "sliding-box", "rapier-impulse-f64", "bullet-mb", "bullet-si-f64")
     floors(runs, "incline-boxes", "rapier-impulse-f64")
@@ -805,7 +853,7 @@ def others_on_the_box(runs):
             f" {mm(off(runs, 'incline-boxes', 'bullet-mb', 1 / 16))} mm on the slope.")
 
 
-@sentence(CONTACTS)
+@sentence(RESULTS)
 def who_follows_the_cone(runs):
     error = runs.contacts.values("sliding-box", 1, "truth_error_max")
     close = [name for name in runs.contacts.contenders if error.get(name, 1) <= MM]
@@ -817,7 +865,7 @@ def who_follows_the_cone(runs):
     return f"Within 1 mm at 1 ms are all contenders of PhysX 5.1, PhysX 5.6 and SAPIEN, `dart` and `dart-pgs` ({min(fine):.2f} to {max(fine):.2f} mm)."
 
 
-@sentence(CONTACTS)
+@sentence(RESULTS)
 def rolling(runs):
     error = runs.contacts.values("rolling", 1, "truth_error_max")
     far = [name for name in runs.contacts.contenders if error.get(name, 0) > MM]
@@ -831,7 +879,7 @@ def rolling(runs):
             f" {mm(max(error[name] for name in prisms))} mm; with all others {mm(rest)} mm at most.") if mm(error["havok"]) == mm(error["havok-default"]) else "two figures for Havok"
 
 
-@sentence(CONTACTS)
+@sentence(RESULTS)
 def the_rod_sticks(runs):
     error = runs.contacts.values("rod-strike-sticks", 1, "truth_error_max")
     close = [name for name in runs.contacts.contenders if error.get(name, 1) <= 0.2 * MM]
@@ -842,7 +890,7 @@ def the_rod_sticks(runs):
             f" `havok` {mm(error['havok'])}, and these do not shrink. `ode-quick` and `dart` are {mm(ode[0])} mm off at 1 ms, {mm(ode[1])} at 1/4 and {mm(ode[2])} at 1/16:")
 
 
-@sentence(CONTACTS)
+@sentence(RESULTS)
 def softness(runs):
     shown = {}
     for system in ("joint-stops", "ball-row", "rod-strike-sticks", "box-stack"):
@@ -852,7 +900,7 @@ def softness(runs):
             f" rod that sticks and {mm(shown['box-stack'])} mm on the stack at 1 ms, and a smaller step takes none of it away:")
 
 
-@sentence(CONTACTS)
+@sentence(RESULTS)
 def the_grip(runs):
     error = runs.contacts.values("grip-holds", 1, "truth_error_max")
     still = [name for engine in contact_tables.SHOWN.values() for name in engine if error.get(name, 1) <= 0.1 * MM]
@@ -862,7 +910,7 @@ def the_grip(runs):
             f" Drake's two contenders, which have one contact point for each pair of shapes (its hydroelastic contact was not used), drop the box.") if min(error["drake-sap"], error["drake-similar"]) > 1 else "Drake holds"
 
 
-@sentence(CONTACTS)
+@sentence(RESULTS)
 def an_exact_solver_gives_up(runs):
     cells = runs.contacts.cells("grip-holds")["ode-step"]
     assert {h: at["truth"][0] for h, at in cells.items()} == {1 / 16: "ok", 1 / 4: "diverged", 1: "diverged", 4: "diverged"}
@@ -872,7 +920,7 @@ def an_exact_solver_gives_up(runs):
     return "`ode-step` gives up on the grip at 1/4, 1 and 4 ms (its exact solver finds no solution). No other run of the campaign failed."
 
 
-@sentence(CONTACTS)
+@sentence(RESULTS)
 def the_slipping_grip(runs):
     assert 0.9 < runs.contacts.value("grip-slips", "dart", 1, "truth_order") < 1.1
     floors(runs, "grip-slips", "rapier-impulse-f64")
@@ -880,7 +928,7 @@ def the_slipping_grip(runs):
             f" `rapier-impulse-f64` keeps {mm(off(runs, 'grip-slips', 'rapier-impulse-f64'))} mm.")
 
 
-@sentence(CONTACTS)
+@sentence(RESULTS)
 def the_closed_loop(runs):
     error = runs.contacts.values("four-bar", 1, "truth_error_max")
     far = {name for name in error if error[name] > 2 * MM}
@@ -896,7 +944,7 @@ def the_closed_loop(runs):
             " The adapters of Bullet's rigid bodies and of DART refuse it.")
 
 
-@sentence(CONTACTS)
+@sentence(RESULTS)
 def smaller_is_not_always_better(runs):
     return (f"`physx-art-tgs4` goes from {mm(off(runs, 'rod-strike-slips', 'physx-art-tgs4'))} mm at 1 ms to {mm(off(runs, 'rod-strike-slips', 'physx-art-tgs4', 1 / 16))} at 1/16 on"
             f" the rod that slips, `bullet-default` from {mm(off(runs, 'rimless-wheel', 'bullet-default'))} to {mm(off(runs, 'rimless-wheel', 'bullet-default', 1 / 16))} on the"
