@@ -272,7 +272,7 @@ def answer(point):
 
 # ---- docs/lab/engines.md: the field -------------------------------------------------------------------------------------
 
-ENGINES = "docs/lab/engines.md"
+ENGINES, FIELD = "docs/engines.md", "docs/lab/engines.md"
 DISPLAY = {"mujoco-euler": "MuJoCo", "mujoco-warp": "MuJoCo Warp", "mjx": "MJX", "newton-mujoco": "Newton's MuJoCo solver",
            "havok": "Havok", "jolt-f32": "Jolt", "physx56-art-tgs4": "PhysX 5.6's articulations"}
 
@@ -282,7 +282,7 @@ def shown(contenders):
     return listed(dict.fromkeys(DISPLAY.get(name, f"`{name}`") for name in contenders))
 
 
-@sentence(ENGINES)
+@sentence(FIELD)
 def systems_of_the_field(runs):
     rows = []
     for system, facts in runs.field.facts.items():
@@ -295,7 +295,7 @@ def systems_of_the_field(runs):
     return rows
 
 
-@sentence(ENGINES)
+@sentence(FIELD)
 def lengths_of_other_runs(runs):
     full = {runs.full.facts[system]["duration_s"] for system in ("capsules-27", "humanoid", "grasp")}
     pieces = {runs.full.facts[system]["piece_ms"] for system in ("capsules-27", "humanoid", "grasp")}
@@ -349,7 +349,7 @@ def native_drives(runs):
     longest = max(found)
     assert at_the_end == found[longest] == ["ode-step-native-pd"] and found[16] == ["dart"], found
     native = [name for name in found[8] if name.endswith("-native-pd")]
-    return (f"in the [full run](claims.md), whose timesteps go to 32 ms, `ode-step-native-pd` holds it up to {ms(longest)}, the largest timestep tried and"
+    return (f"in the [full run](lab/claims.md), whose timesteps go to 32 ms, `ode-step-native-pd` holds it up to {ms(longest)}, the largest timestep tried and"
             f" longer than any contender of this page, {names(native)} up to 8 ms.")
 
 
@@ -410,7 +410,7 @@ def slips_at_16_ms(runs):
             f" `drake-similar`, {digits(1e3 * slip['dartpy'])} with DART 6.20.")
 
 
-@sentence(ENGINES)
+@sentence(FIELD)
 def other_limits(runs):
     slip, = runs.field.fastest("grasp", grasp_slip=7 * MM)[:1]
     soft, = runs.field.fastest("humanoid", consistency=5 * MM, penetration_max=50 * MM)[:1]
@@ -426,7 +426,7 @@ QUESTIONS = (("spatial-chain", {"truth_error_max": MM}), ("spatial-chain", {"tru
              ("capsules-27", {"consistency": 5 * MM, "penetration_max": 5 * MM}))
 
 
-@sentence(ENGINES)
+@sentence(FIELD)
 def answers_of_both_runs(runs):
     def fastest(run, system, limits):
         asked = {name: limit for name, limit in limits.items() if any(name in point.worst for point in run.points(system))}
@@ -668,7 +668,7 @@ def with_values(found, contenders):
     return listed(f"`{name}` ({quantity(found[name])})" for name in contenders)
 
 
-@sentence(ENGINES)
+@sentence(FIELD)
 def what_the_newer_run_is(runs):
     run = runs.newer_field
     touching = [facts for name, facts in run.facts.items() if name in ("humanoid", "grasp", "capsules-27")]
@@ -682,19 +682,19 @@ def what_the_newer_run_is(runs):
             f" {ms(pieces)} and fine-step runs at {ms(fine)} for all.")
 
 
-@sentence(ENGINES)
+@sentence(FIELD)
 def the_newer_on_the_chain(runs):
     error = runs.newer_field.values("spatial-chain", 1, "truth_error_max")
     return f"On the chain at 1 ms the error is {by_value(error, NEWER, quantity)}."
 
 
-@sentence(ENGINES)
+@sentence(FIELD)
 def the_newer_keep_energy(runs):
     drift = runs.newer_field.values("astronaut-energy", 4, "energy_drift_relative")
     return f"The astronaut's energy drifts at 4 ms by {by_value(drift, NEWER, lambda value: f'{100 * value:.2g} %')}."
 
 
-@sentence(ENGINES)
+@sentence(FIELD)
 def who_holds_longest(runs):
     found, at_the_end = by_held(runs.newer_field)
     longest = [h for h in sorted(found, reverse=True) if h >= 4]
@@ -702,7 +702,7 @@ def who_holds_longest(runs):
     return "The object is held " + "; ".join(parts) + "."
 
 
-@sentence(ENGINES)
+@sentence(FIELD)
 def own_drives_against_explicit_dampers(runs):
     run, alike = runs.newer_field, collections.defaultdict(list)
     held = {name: run.holds_up_to(name)[0] for name in run.contenders if name in run.cells("grasp") and run.holds_up_to(name)}
@@ -715,7 +715,7 @@ def own_drives_against_explicit_dampers(runs):
     return "The engine's own drives in place of explicit dampers raise this " + "; ".join(texts) + "."
 
 
-@sentence(ENGINES)
+@sentence(FIELD)
 def depths_of_the_newer_run(runs):
     run, texts = runs.newer_field, []
     for system, words in (("humanoid", "On the humanoid at 1 ms"), ("capsules-27", "in the pile")):
@@ -725,7 +725,7 @@ def depths_of_the_newer_run(runs):
     return "; ".join(texts) + "."
 
 
-@sentence(ENGINES)
+@sentence(FIELD)
 def steps_of_the_newer_run(runs):
     run = runs.newer_field
     widths = sorted(values["step_time"][2] / values["step_time"][0] for system in run.facts for steps in run.cells(system).values()
@@ -740,7 +740,7 @@ def steps_of_the_newer_run(runs):
 
 # ---- docs/lab/engines.md: many worlds ------------------------------------------------------------------------------------
 
-@sentence(ENGINES)
+@sentence(FIELD)
 def most_world_steps(runs):
     run = runs.worlds
     rate = {(system, contender, measure): value for system, contender, measure, value in run.db.execute(
