@@ -434,9 +434,9 @@ def answers_of_both_runs(runs):
     return [" | ".join(fastest(run, system, limits) for run in (runs.field, runs.full)) for system, limits in QUESTIONS]
 
 
-# ---- docs/methodology.md ---------------------------------------------------------------------------------------------
+# ---- docs/lab/methods.md ---------------------------------------------------------------------------------------------
 
-@sentence("docs/methodology.md")
+@sentence("docs/lab/methods.md")
 def missed_depths(runs):
     field, full = runs.field, runs.full
     count = field.facts["capsules-27"]["initial_states"]["count"]
