@@ -957,18 +957,8 @@ def transfer_values(runs, contender):
     return {name: value for name, (value, _, _) in runs.quadruped.cells("policy")[contender][5]["transfer"][1].items()}
 
 
-@sentence("README.md")
-def policies_in_the_readme(runs):
-    rows = []
-    for contender in ("mujoco-euler", "mujoco-warp", "drake-similar", "dart", "bullet-mb", "physx-art-tgs", "jolt-f64", "rapier-multibody-f64", "ode-step"):
-        of = transfer_values(runs, contender)
-        training = " (training)" if contender == "mujoco-euler" else ""
-        rows.append(f"| `{contender}`{training} | {20 * of['fall_rate']:.0f} | {of['velocity_error']:.3f} m/s | {of['foot_slip']:.3f} m/s |")
-    return rows
-
-
 @sentence("docs/lab/policies.md")
-def policies_in_the_guide(runs):
+def policies_of_the_quadruped(runs):
     rows = []
     for contender in runs.quadruped.contenders:
         if contender not in runs.quadruped.cells("policy"):
@@ -1140,10 +1130,10 @@ NAMES = {"mujoco": "MuJoCo", "bullet": "Bullet", "ode": "ODE", "physx": "PhysX",
          "newton": "Newton", "drake": "Drake", "sapien": "SAPIEN", "box3d": "Box3D", "superdex": "SuperDex"}
 
 
-@sentence("README.md")
+@sentence(ENGINES)
 def releases(_):
     known = tomllib.loads((ROOT / "docs/releases.toml").read_text("utf-8"))
-    lines = (ROOT / "README.md").read_text("utf-8").splitlines()
+    lines = (ROOT / ENGINES).read_text("utf-8").splitlines()
     rows = []
     for engine, of in known.items():
         start = f"| {NAMES[engine]} {of['version']}"
