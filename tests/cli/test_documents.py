@@ -50,7 +50,7 @@ class Documents(AssayTest):
                             f"findings/{engine.name}/[!s]*.py", f"benchmarks/direct_{engine.name}.py"]:
                 for path in SOURCE.glob(pattern):
                     self.assertIn(f"](../../../{path.relative_to(SOURCE)})", text, engine.name)
-            self.assertIn("](../../../docs/conformance.md)", text, engine.name)
+            self.assertIn("](../../conformance/README.md)", text, engine.name)
 
     def test_commands_exist(self):
         seen = set()
@@ -63,13 +63,13 @@ class Documents(AssayTest):
 
     def test_the_readme_begins_the_glossary(self):
         short = rows(SOURCE / "README.md", "## Terms")
-        self.assertEqual(short, rows(SOURCE / "docs/glossary.md")[:len(short)])
+        self.assertEqual(short, rows(SOURCE / "docs/methodology.md", "## Terms")[:len(short)])
         self.assertEqual(len(short), 5)
 
-    def test_the_readme_has_the_versions_of_the_engines(self):
+    def test_the_page_of_engines_has_their_versions(self):
         versions = {row["contender"]: row["version"] for row in self.assay_json("engines", "--json")["contenders"]}
         table = {re.match(r"`([\w-]+?)-?\*?`", contenders).group(1): engine
-                 for engine, contenders in rows(SOURCE / "README.md", "## Engines and systems")}
+                 for engine, contenders in rows(SOURCE / "docs/engines.md", "## Versions and contenders")}
         checked = set()
         for contender, version in versions.items():
             own = [name for name in table if contender == name or contender.startswith(name + "-")]
