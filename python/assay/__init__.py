@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ._campaign import paper, run
     from ._engines import conformance, contenders, engine, engines, systems
     from ._fetch import fetch
+    from ._match import LogCheck, Match, check_logs, match
     from ._model import Check, Limitation, Model, Simulation, State, Trajectory, check, limitations, load, load_text
     from ._results import Comparison, Results
     from ._version import __commit__, __version__
@@ -31,6 +32,7 @@ _WHERE = {
     "paper": "_campaign", "run": "_campaign",
     "conformance": "_engines", "contenders": "_engines", "engine": "_engines", "engines": "_engines", "systems": "_engines",
     "fetch": "_fetch",
+    "LogCheck": "_match", "Match": "_match", "check_logs": "_match", "match": "_match",
     "Check": "_model", "Limitation": "_model", "Model": "_model", "Simulation": "_model", "State": "_model",
     "Trajectory": "_model", "check": "_model", "limitations": "_model", "load": "_model", "load_text": "_model",
     "Comparison": "_results", "Results": "_results",

@@ -9,8 +9,8 @@ nbclient = pytest.importorskip("nbclient")
 NOTEBOOKS = sorted((SOURCE / "python/notebooks").glob("*.ipynb"))
 
 
-def test_there_are_three():
-    assert [path.stem for path in NOTEBOOKS] == ["my-engine", "my-robot", "regressions-in-ci"]
+def test_there_are_four():
+    assert [path.stem for path in NOTEBOOKS] == ["my-engine", "my-log", "my-robot", "regressions-in-ci"]
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)

@@ -570,7 +570,10 @@ class Checker {
     const std::vector<Balance> balances = balancer_.balances(log, 1);
     std::vector<Explained> as_given;
     for (const Balance& balance : balances) as_given.push_back(explained(balance, torques));
-    if (degrees(log, as_given, torques)) return;
+    // one finding of degrees a log is enough, and nothing else follows from wrong angles
+    const bool known = std::ranges::any_of(
+        out_.findings, [&](const LogFinding& finding) { return finding.kind == "degrees" && finding.log == log.name; });
+    if (known || degrees(log, as_given, torques)) return;
     constexpr double kErrors = 4, kShare = 0.4;
     for (size_t j = 0; j < balances.size(); ++j) {
       const Explained& joint = as_given[j];
@@ -593,7 +596,7 @@ class Checker {
               .column = name + ".torque",
               .text = fmt::format("the motion goes best with {:.3g} times '{}.torque' (standard error {:.2g})",
                                   joint.gain, name, joint.gain_error),
-              .fix = "give its unit in [units], or the gear in [scale], or mend the masses of the model"});
+              .fix = "give its unit in [units], or the gear in [scale], or correct the masses of the model"});
       }
       if (joint.weight + kErrors * joint.weight_error < 0) {
         find({.severity = FindingSeverity::kWrong,
@@ -602,8 +605,8 @@ class Checker {
               .text = fmt::format("gravity acts on '{}' with {:.3g} times what the model says: its zero or its axis is "
                                   "turned",
                                   name, joint.weight),
-              .fix = fmt::format("give \"{}\" = 3.14159 in [offset] if the robot's zero points up, or mend the model",
-                                 name)});
+              .fix = fmt::format(
+                  "give \"{}\" = 3.14159 in [offset] if the robot's zero points up, or correct the model", name)});
       }
     }
     hands(log, balances);
@@ -750,14 +753,15 @@ class Checker {
   // -- free bodies
   // -------------------------------------------------------------------------------------------------------
 
-  Flight flight_of(const MeasuredLog& log, const MeasuredBody& body) const {
+  Flight flight_of(const MeasuredLog& log, const MeasuredBody& body) const { return flight_of(log, body, body.q_WB); }
+  Flight flight_of(const MeasuredLog& log, const MeasuredBody& body, const std::vector<Quat>& q_WB) const {
     const size_t n = log.samples();
     const double dt = 1 / out_.logs[number_].rate, half = std::max(0.03, 4 * dt);
     Flight flight{std::vector<Vec3>(n), std::vector<Vec3>(n), std::vector<Vec3>(n)};
     const Vec3& centre = model_.bodies[body.body].p_BBcm;
     for (int k = 0; k < 3; ++k) {
       std::vector<double> x;
-      for (size_t i = 0; i < n; ++i) x.push_back((body.p_WB[i] + body.q_WB[i] * centre)[k]);
+      for (size_t i = 0; i < n; ++i) x.push_back((body.p_WB[i] + q_WB[i] * centre)[k]);
       const Smooth smooth = smoothed(log.time, x, half);
       for (size_t i = 0; i < n; ++i) {
         flight.velocity[i][k] = smooth.rate[i];
@@ -767,12 +771,12 @@ class Checker {
     std::array<Smooth, 4> q;
     for (int k = 0; k < 4; ++k) {
       std::vector<double> x;
-      for (const Quat& each : body.q_WB) x.push_back(each.coeffs()[k]);
+      for (const Quat& each : q_WB) x.push_back(each.coeffs()[k]);
       q[k] = smoothed(log.time, x, half);
     }
     for (size_t i = 0; i < n; ++i) {
       const Quat rate(q[3].rate[i], q[0].rate[i], q[1].rate[i], q[2].rate[i]);
-      flight.angular[i] = 2 * (rate * body.q_WB[i].conjugate()).vec();
+      flight.angular[i] = 2 * (rate * q_WB[i].conjugate()).vec();
     }
     return flight;
   }
@@ -791,9 +795,27 @@ class Checker {
 
   // What the log says of its velocities, gathered over all logs, because one toss may be short.
   struct Spin {
-    double as_given = 0, from_body = 0, to_body = 0;  // share of the turning that each reading explains, times samples
+    // share of the turning that each reading explains, times samples; `reordered`: quaternions as x, y, z, w
+    double as_given = 0, from_body = 0, to_body = 0, reordered = 0;
     double slope = 0, linear_slope = 0, linear = 0, samples = 0;
   };
+
+  // Share of the turning that is explained where the columns of w, x, y, z have x, y, z, w.
+  double reordered(const MeasuredLog& log, const MeasuredBody& body) const {
+    std::vector<Quat> real;
+    for (const Quat& q : body.q_WB) {
+      real.emplace_back(q.z(), q.w(), q.x(), q.y());
+      if (real.size() > 1 && real.back().dot(real[real.size() - 2]) < 0) real.back().coeffs() *= -1;
+    }
+    const Flight flight = flight_of(log, body, real);
+    const size_t n = log.samples();
+    const std::vector<double> turning = flat(n, [&](size_t i) { return flight.angular[i]; });
+    const auto share = [&](const auto& get) { return slope_of(flat(n, get), turning).explained; };
+    const auto logged = [&](size_t i) -> Vec3 {
+      return config_.angular_velocity_in_body ? Vec3(body.q_WB[i].conjugate() * body.w_WB[i]) : body.w_WB[i];
+    };
+    return std::max(share(logged), share([&](size_t i) { return Vec3(real[i] * logged(i)); }));
+  }
 
   void turning(const MeasuredLog& log, const MeasuredBody& body) {
     const Flight flight = flight_of(log, body);
@@ -809,6 +831,7 @@ class Checker {
       spin.slope += weight * given.slope;
       spin.from_body += weight * share([&](size_t i) { return Vec3(body.q_WB[i] * body.w_WB[i]); }).explained;
       spin.to_body += weight * share([&](size_t i) { return Vec3(body.q_WB[i].conjugate() * body.w_WB[i]); }).explained;
+      spin.reordered += weight * reordered(log, body);
     }
     if (!body.v_WB.empty() && model_.bodies[body.body].p_BBcm.isZero()) {
       const Slope linear = slope_of(flat(n, [&](size_t i) { return body.v_WB[i]; }),
@@ -837,7 +860,17 @@ class Checker {
       const double given = spin.as_given / spin.samples, slope = spin.slope / spin.samples;
       const double from_body = spin.from_body / spin.samples, to_body = spin.to_body / spin.samples;
       constexpr double kBetter = 0.1, kGood = 0.5;
-      if (std::max(from_body, to_body) > std::max(kGood, given + kBetter)) {
+      const double reordered = spin.reordered / spin.samples;
+      if (reordered > std::max(kGood, std::max({given, from_body, to_body}) + kBetter)) {
+        find({.severity = FindingSeverity::kWrong,
+              .kind = "quaternion order",
+              .column = name + ".qw",
+              .text =
+                  fmt::format("the angular velocity of '{}' explains {:.0f} % of its turning where the columns of qw, "
+                              "qx, qy, qz have x, y, z, w, and {:.0f} % as given",
+                              name, 100 * reordered, 100 * given),
+              .fix = "name the column of each of qw, qx, qy, qz in [columns]"});
+      } else if (std::max(from_body, to_body) > std::max(kGood, given + kBetter)) {
         const bool was_body = from_body > to_body;
         find({.severity = FindingSeverity::kWrong,
               .kind = "axes",
@@ -854,7 +887,7 @@ class Checker {
               .column = name + ".wx",
               .text = fmt::format("'{}' turns with {:.3g} times its angular velocity", name, slope),
               .fix = degrees ? "give angular_velocity = \"deg/s\" in [units]"
-                             : "mend its unit or sign in [units] or [scale]"});
+                             : "correct its unit or sign in [units] or [scale]"});
       }
       const double linear = spin.linear_slope / spin.samples;
       if (spin.linear / spin.samples > kGood && std::abs(linear - 1) > 0.3) {
@@ -862,7 +895,7 @@ class Checker {
               .kind = "velocity scale",
               .column = name + ".vx",
               .text = fmt::format("'{}' moves with {:.3g} times its velocity", name, linear),
-              .fix = "mend its unit, axes or sign in [units], [frames] or [scale]"});
+              .fix = "correct its unit, axes or sign in [units], [frames] or [scale]"});
       }
     }
     for (const auto& [body, falls] : falls_) gravity(body, falls);
@@ -897,7 +930,7 @@ class Checker {
         {{1, {"", ""}},
          {1e-3, {"millimetres", "give length = \"mm\" in [units]"}},
          {1e-2, {"centimetres", "give length = \"cm\" in [units]"}},
-         {1e3, {"kilometres", "mend the unit of the positions by [scale]"}}}};
+         {1e3, {"kilometres", "correct the unit of the positions by [scale]"}}}};
     Reading best;
     size_t as_given = 0;
     for (const auto& [scale, words] : units) {

@@ -94,7 +94,7 @@ Answer check_answer(const LogCheck& check) {
                     fmt::format("{:.1f}", 100 * sum.glitches)});
   }
   answer.table({"quantity", "lowest", "highest", "noise", "step", "glitches %"}, std::move(rows), {1, 2, 3, 4, 5});
-  constexpr std::array kHeadings = {"To mend before anything is fitted", "Warnings", "Remarks"};
+  constexpr std::array kHeadings = {"To fix before a fit", "Warnings", "Remarks"};
   for (size_t severity = 0; severity < kHeadings.size(); ++severity) {
     std::map<std::string, size_t> count;
     bool first = true;
@@ -111,7 +111,7 @@ Answer check_answer(const LogCheck& check) {
   }
   if (check.findings.empty()) {
     answer.part("Findings");
-    answer.line("nothing speaks against these logs");
+    answer.line("no mistake was found");
   }
   return answer;
 }

@@ -101,6 +101,9 @@ class Examples(AssayTest):
         rows = self.run_under("arm-reach-policy", "arm.xml", "dart", values=list(other))
         self.assertLess(math.dist(hand(rows), other), 0.02)
 
+    def test_match(self):
+        self.assertIn("hinge.torque", self.follow_example("match"))
+
     def test_read_results(self):
         printed = self.follow_example("read-results")
         rows = [row for row in csv.DictReader((self.dir / "my_results/values.csv").read_text().splitlines())

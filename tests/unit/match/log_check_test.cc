@@ -1,0 +1,193 @@
+#include "match/log_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <random>
+#include <set>
+
+#include <gmock/gmock.h>
+
+#include "load/mjcf.h"
+
+namespace assay::match {
+namespace {
+
+using ::testing::Contains;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+constexpr double kDegree = M_PI / 180;
+
+// 0.5 kg at 0.3 m on a hinge, hanging.
+constexpr const char* kPendulum = R"(<mujoco model="pendulum"><worldbody><body name="link">
+  <joint name="hinge" axis="0 1 0"/><inertial pos="0 0 -0.3" mass="0.5" diaginertia="0.001 0.001 0.001"/>
+  <geom size="0.01" contype="0" conaffinity="0"/></body></worldbody></mujoco>)";
+constexpr double kInertia = 0.5 * 0.09 + 0.001, kWeight = 0.5 * 9.81 * 0.3, kDamping = 0.02, kFriction = 0.03;
+
+// Its motion under `torque`, and under `hand`, which the log does not have, with a sensor's noise.
+MeasuredLog swing(const std::function<double(double)>& torque, const std::function<double(double)>& hand,
+                  double q = 1) {
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> noise(0, 1);
+  MeasuredLog log;
+  log.name = log.source = "swing";
+  MeasuredJoint joint;
+  double v = 0;
+  constexpr double kStep = 1e-4;
+  for (int i = 0; i < 80'000; ++i) {
+    const double t = i * kStep;
+    if (i % 20 == 0) {
+      log.time.push_back(t);
+      log.line.push_back(log.time.size() + 1);
+      joint.position.push_back(q + 2e-4 * noise(random));
+      joint.velocity.push_back(v + 0.02 * noise(random));
+      joint.torque.push_back(torque(t) + 0.005 * noise(random));
+    }
+    const double force = torque(t) + hand(t) - kWeight * std::sin(q) - kDamping * v - kFriction * std::tanh(v / 0.01);
+    v += kStep * force / kInertia;
+    q += kStep * v;
+  }
+  log.joints.push_back(joint);
+  log.rows = {{log.time.front(), log.time.back()}};
+  return log;
+}
+
+double nothing(double) { return 0; }
+double sines(double t) { return 0.5 * std::sin(4.5 * t) + 0.3 * std::sin(7.3 * t + 1); }
+MeasuredLog clean() { return swing(sines, nothing); }
+
+std::set<std::string> kinds(const MeasuredLog& log, FindingSeverity worst = FindingSeverity::kWarning) {
+  const Model model = load_model_text(kPendulum, "pendulum");
+  std::set<std::string> found;
+  // twice, as one log alone is a finding
+  MeasuredLog other = log;
+  other.name = "other";
+  for (const LogFinding& finding : check_logs(model, MatchConfig(), {log, other}).findings) {
+    if (finding.severity <= worst) found.insert(finding.kind);
+  }
+  return found;
+}
+
+void scale(std::vector<double>& values, double factor) {
+  for (double& value : values) value *= factor;
+}
+
+TEST(LogCheck, CleanLogsRaiseNothing) { EXPECT_THAT(kinds(clean()), IsEmpty()); }
+
+TEST(LogCheck, PassiveLogsRaiseNothing) {
+  MeasuredLog log = swing(nothing, nothing, 2);
+  log.joints[0].torque.clear();
+  EXPECT_THAT(kinds(log), IsEmpty());
+}
+
+TEST(LogCheck, FindsSignsAndUnits) {
+  MeasuredLog log = clean();
+  scale(log.joints[0].torque, -1);
+  EXPECT_THAT(kinds(log), Contains("torque sign"));
+  log = clean();
+  scale(log.joints[0].velocity, -1);
+  EXPECT_THAT(kinds(log), Contains("velocity sign"));
+  log = clean();
+  scale(log.joints[0].position, 1 / kDegree);
+  EXPECT_THAT(kinds(log), Contains("degrees"));
+  scale(log.joints[0].velocity, 1 / kDegree);
+  EXPECT_THAT(kinds(log), Contains("degrees"));
+  log = clean();
+  scale(log.joints[0].velocity, 1 / kDegree);
+  EXPECT_THAT(kinds(log), Contains("degrees"));
+  log = clean();
+  scale(log.joints[0].torque, 1000);
+  EXPECT_THAT(kinds(log), Contains("torque scale"));
+  log = clean();
+  for (double& q : log.joints[0].position) q += M_PI;
+  EXPECT_THAT(kinds(log), Contains("zero"));
+}
+
+TEST(LogCheck, FindsHands) {
+  // against the motion it would be friction, with it nothing of the robot explains it
+  const auto push = [](double t) { return t > 4 && t < 4.8 ? 2.5 : 0; };
+  EXPECT_THAT(kinds(swing(nothing, push, 0.3)), Contains("hands"));
+}
+
+TEST(LogCheck, FindsGapsGlitchesAndRest) {
+  MeasuredLog log = clean();
+  for (size_t i = 2000; i < log.samples(); ++i) log.time[i] += 0.4;
+  EXPECT_THAT(kinds(log), Contains("gap"));
+  log = clean();
+  for (size_t i = 50; i < log.samples(); i += 100) log.joints[0].torque[i] += 5;
+  EXPECT_THAT(kinds(log, FindingSeverity::kRemark), Contains("glitches"));
+  EXPECT_THAT(kinds(log), Not(Contains("glitches")));
+  log = clean();
+  for (size_t i = 1000; i < 2000; ++i) log.joints[0].position[i] = log.joints[0].position[1000];
+  EXPECT_THAT(kinds(log, FindingSeverity::kRemark), Contains("rest"));
+  log = clean();
+  scale(log.joints[0].position, 0.01);
+  EXPECT_THAT(kinds(log), Contains("excitation"));
+}
+
+// A cube that flies, spins and is caught by nothing.
+MeasuredLog toss(int number) {
+  MeasuredLog log;
+  log.name = "toss/" + std::to_string(number);
+  log.source = "toss";
+  MeasuredBody body;
+  Quat q = Quat::Identity();
+  const Vec3 w(2.0 + 0.3 * number, -3, 1 + number);
+  constexpr double kStep = 1 / 150.0;
+  for (int i = 0; i < 90; ++i) {
+    const double t = i * kStep;
+    log.time.push_back(t);
+    log.line.push_back(static_cast<size_t>(i) + 2);
+    body.p_WB.emplace_back(0.5 * t, 0.1 * number, 1 + 2 * t - 0.5 * 9.81 * t * t);
+    body.v_WB.emplace_back(0.5, 0, 2 - 9.81 * t);
+    body.q_WB.push_back(q);
+    body.w_WB.push_back(w);
+    q = (Quat(Eigen::AngleAxisd(kStep * w.norm(), w.normalized())) * q).normalized();
+  }
+  log.bodies.push_back(body);
+  log.rows = {{log.time.front(), log.time.back()}};
+  return log;
+}
+
+std::set<std::string> toss_kinds(const std::function<void(MeasuredBody&)>& change) {
+  const Model model = load_model_text(
+      R"(<mujoco model="cube"><worldbody><body name="cube"><freejoint/><geom type="box" size="0.05 0.05 0.05" mass="0.4"/>
+      </body></worldbody></mujoco>)",
+      "cube");
+  std::vector<MeasuredLog> logs;
+  for (int i = 0; i < 4; ++i) {
+    logs.push_back(toss(i));
+    change(logs.back().bodies[0]);
+  }
+  std::set<std::string> found;
+  for (const LogFinding& finding : check_logs(model, MatchConfig(), logs).findings) found.insert(finding.kind);
+  return found;
+}
+
+TEST(LogCheck, FindsAxesAndUnitsOfFreeBodies) {
+  EXPECT_THAT(toss_kinds([](MeasuredBody&) {}), IsEmpty());
+  EXPECT_THAT(toss_kinds([](MeasuredBody& body) {
+                for (Vec3& p : body.p_WB) p *= 1000;
+              }),
+              Contains("length unit"));
+  EXPECT_THAT(toss_kinds([](MeasuredBody& body) {
+                for (Vec3& p : body.p_WB) p = Vec3(p.x(), p.z(), -p.y());
+              }),
+              Contains("flipped axis"));
+  EXPECT_THAT(toss_kinds([](MeasuredBody& body) {
+                for (size_t i = 0; i < body.q_WB.size(); ++i) body.w_WB[i] = body.q_WB[i].conjugate() * body.w_WB[i];
+              }),
+              Contains("axes"));
+  EXPECT_THAT(toss_kinds([](MeasuredBody& body) {
+                for (Vec3& w : body.w_WB) w /= kDegree;
+              }),
+              Contains("degrees"));
+  EXPECT_THAT(toss_kinds([](MeasuredBody& body) {
+                for (Quat& q : body.q_WB) q = Quat(q.x(), q.y(), q.z(), q.w());
+              }),
+              Contains("quaternion order"));
+}
+
+}  // namespace
+}  // namespace assay::match
