@@ -70,10 +70,9 @@ void Optimiser::answer(const nlohmann::json& answer) {
 }
 
 nlohmann::json Optimiser::next() {
-  constexpr size_t kAtOnce = 1 << 16;
   size_t end = std::string::npos;
   while ((end = received_.find('\n')) == std::string::npos) {
-    if (read_available(from_.get(), received_, kAtOnce)) continue;
+    if (read_available(from_.get(), received_, 1)) continue;
     std::string words = read_to_end(errors_.get());
     while (!words.empty() && words.back() == '\n') words.pop_back();
     const size_t line = words.rfind('\n');

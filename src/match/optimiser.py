@@ -33,6 +33,7 @@ class Problem:
         self.upper = np.array(task["upper"], dtype=float)
         self.width = self.upper - self.lower
         self.start = np.clip(np.array(task["start"], dtype=float), self.lower, self.upper)
+        self.nominal = self.start.copy()
         self.free = [i for i in range(len(self.start)) if self.width[i] > 0]
         self.evaluations = 0
         # of each residual its block, and of each block its cluster
@@ -247,8 +248,8 @@ def fit(task):
             "interval": float(interval),
             "frozen": names[problem.free[members[0]]],
         })
-        problem.width[problem.free[members[0]]] = 0
-        problem.free.pop(members[0])
+        frozen = problem.free.pop(members[0])
+        problem.start[frozen] = problem.nominal[frozen]
         if not problem.free:
             solution, information = np.zeros(0), None
             break

@@ -115,14 +115,14 @@ Windows::Windows(const Model& model, const std::vector<MeasuredLog>& logs, const
       }
     }
   }
-  for (const WindowUse use : {WindowUse::kFit, WindowUse::kReport}) {
-    const bool any = std::ranges::any_of(windows_, [&](const Window& w) { return w.use == use; });
-    if (any || whole_) continue;
-    // logs that are shorter than what is reported are reported by what is fitted
-    for (Window window : std::vector<Window>(windows_)) {
-      window.use = use;
-      windows_.push_back(std::move(window));
-    }
+  // a log that is too short for what is reported is reported by what is fitted
+  const std::vector<Window> made = windows_;
+  for (const Window& window : made) {
+    const bool reported = std::ranges::any_of(
+        made, [&](const Window& other) { return other.use == WindowUse::kReport && other.log == window.log; });
+    if (reported) continue;
+    windows_.push_back(window);
+    windows_.back().use = WindowUse::kReport;
   }
   if (windows_.empty()) {
     throw InputError(fmt::format("the logs have no stretch of {:g} s that can be used: give longer logs, or [windows] "
