@@ -79,7 +79,7 @@ group("1440x900", { width: 1440, height: 900 }, (pageOf) => {
     assert.ok(await page.$eval(".skip", (node) => node.getBoundingClientRect().left >= 0));
     await page.keyboard.press("Enter");
     assert.equal(await page.evaluate(() => document.activeElement.id), "page");
-    await page.$eval("#grasp .accuracy-panel .canvas", (node) => node.scrollIntoView({ behavior: "instant" }));
+    await page.$eval("#grasp .accuracy-panel", (node) => node.scrollIntoView({ behavior: "instant" }));
     await page.waitForFunction(() => document.querySelector("nav [aria-current]")?.textContent === "grasp");
     const { top, left, right } = await page.$eval("nav [aria-current]", (node) => node.getBoundingClientRect().toJSON());
     assert.ok(top >= 0 && top < 40 && left >= 0 && right <= 1440, "the mark is in sight");

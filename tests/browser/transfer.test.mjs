@@ -44,7 +44,7 @@ test("the answer first, then each contender and timestep with a sign, a word and
   const answer = await page.$eval(`${kPanel} .transfer-answer`, (node) => node.textContent);
   assert.equal(answer.toLowerCase(), `${matrix.answer[0]}.`.toLowerCase());
   const heads = await page.$$eval(`${kPanel} thead th`, (nodes) => nodes.map((node) => node.textContent));
-  assert.deepEqual(heads, ["Contender", "5 ms (training)", "10 ms", "First body to separate", "Replay"]);
+  assert.deepEqual(heads, ["Contender", "5 ms (training)", "10 ms", "Power, × training", "First body to separate", "Replay"]);
   const cells = await page.$$eval(`${kPanel} .transfer-button`, (nodes) => nodes.map((node) => ({ contender: node.dataset.contenderOf, step: Number(node.dataset.timestep), text: node.textContent })));
   assert.equal(cells.length, 6);
   const signs = { "stays up": "✓", falls: "✗", "not settled": "?", "no run": "–" };

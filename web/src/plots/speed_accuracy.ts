@@ -563,7 +563,8 @@ export class SpeedAccuracy {
     clear(this.names);
     const shown = this.series.filter((one) => this.shownOf(one).length > 0);
     const valued = (one: Series) => this.shownOf(one).filter((point) => point.error !== null && (this.isWhole(one) ? one.points.includes(point) : true));
-    const lines = shown.filter((one) => valued(one).length > 0).map((one) => {
+    // A lone point that is ringed has its name there.
+    const lines = shown.filter((one) => valued(one).length > (one.contender === this.answerLine ? 1 : 0)).map((one) => {
       const points = valued(one);
       const ends = [points[points.length - 1]!, points[0]!].map((point): [number, number] => [point.x, point.y]);
       return { name: one.contender, color: this.palette.look(one.contender).color, ends };

@@ -100,7 +100,7 @@ function compared(matrix: TransferMatrix, row: TransferRow | undefined, name: st
     "td",
     { class: `transfer-value${excess ? " outlier" : ""}`, "data-value": name, title: `${valueInfo(name).label}: ${quantity(value.value, value.unit)}${range}` },
     quantity(value.value, value.unit, 2),
-    times === null ? null : el("small", {}, excess ? `▲ ${plain(excess.times, 2)}× training, ${word}` : `${plain(times, 2)}× training`),
+    times === null ? null : el("small", {}, excess ? `▲ ${plain(excess.times, 2)}× training, ${word}` : `${plain(times, 2)}×`),
   );
 }
 
@@ -109,7 +109,7 @@ function table(report: Report, matrix: TransferMatrix, palette: Palette): HTMLTa
   // as the program orders rows, the lowest fall rate first, behind the contender of training
   const contenders = [...new Set(matrix.rows.map((row) => row.contender))].sort((a, b) => Number(b === matrix.trained_in) - Number(a === matrix.trained_in));
   const values = kCompared.filter(([name]) => matrix.rows.some((row) => (row.values[name]?.value ?? null) !== null));
-  const head = ["Contender", ...steps.map((step) => `${timestep(step)} ms${step === matrix.trained_ms ? " (training)" : ""}`), ...values.map(([, title]) => title), "First body to separate", "Replay"];
+  const head = ["Contender", ...steps.map((step) => `${timestep(step)} ms${step === matrix.trained_ms ? " (training)" : ""}`), ...values.map(([, title]) => (matrix.rows.some((row) => row.trained) ? `${title}, × training` : title)), "First body to separate", "Replay"];
   const bodies = contenders.map((contender) => {
     const rows = matrix.rows.filter((row) => row.contender === contender);
     const row = told(matrix, rows);
