@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <csignal>
-#include <filesystem>
 #include <fcntl.h>
+#include <filesystem>
 #include <sstream>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -70,7 +70,8 @@ std::vector<ProbeChange> probe_changes(const std::vector<ProbeValue>& before, co
     });
     if (found == after.end()) continue;
     const double larger = std::max(std::abs(old.value), std::abs(found->value));
-    if (std::abs(old.value - found->value) > std::max(kAbsolute, kRelative * larger)) changes.push_back({old, found->value});
+    if (std::abs(old.value - found->value) > std::max(kAbsolute, kRelative * larger))
+      changes.push_back({old, found->value});
   }
   return changes;
 }
@@ -78,7 +79,8 @@ std::vector<ProbeChange> probe_changes(const std::vector<ProbeValue>& before, co
 std::string probe_change_text(const ProbeChange& change) {
   const ProbeValue& of = change.before;
   const std::string unit = of.unit.empty() || of.unit == "1" ? "" : " " + of.unit;
-  return fmt::format("{} ({}): {} {:.4g} to {:.4g}{}", of.probe, of.condition, of.quantity, of.value, change.after, unit);
+  return fmt::format("{} ({}): {} {:.4g} to {:.4g}{}", of.probe, of.condition, of.quantity, of.value, change.after,
+                     unit);
 }
 
 }  // namespace assay

@@ -64,10 +64,13 @@ std::vector<std::string> other_values(const Setting& setting, const Settings& se
   if (const bool* flag = std::get_if<bool>(&own)) {
     texts.emplace_back(*flag ? "off" : "on");
   } else if (const auto* text = std::get_if<std::string>(&own)) {
-    std::ranges::copy_if(setting.choices, std::back_inserter(texts), [&](const std::string& each) { return each != *text; });
-  } else if (const auto* count = std::get_if<long long>(&own); count != nullptr && setting.role == SettingRole::kIterations) {
+    std::ranges::copy_if(setting.choices, std::back_inserter(texts),
+                         [&](const std::string& each) { return each != *text; });
+  } else if (const auto* count = std::get_if<long long>(&own);
+             count != nullptr && setting.role == SettingRole::kIterations) {
     texts.push_back(fmt::format("{}", 10 * *count));
-  } else if (const double* number = std::get_if<double>(&own); number != nullptr && setting.role == SettingRole::kTolerance) {
+  } else if (const double* number = std::get_if<double>(&own);
+             number != nullptr && setting.role == SettingRole::kTolerance) {
     texts.push_back(fmt::format("{:g}", 1e-3 * *number));
   }
   return texts;
@@ -157,8 +160,8 @@ std::vector<std::vector<double>> ReleaseRunner::step_us(const std::vector<Side>&
   return found;
 }
 
-std::vector<Restoring> restoring(ReleaseRunner& runner, const Side& newer, const MeasuredRelease& older, double distance,
-                                 int starts, size_t samples) {
+std::vector<Restoring> restoring(ReleaseRunner& runner, const Side& newer, const MeasuredRelease& older,
+                                 double distance, int starts, size_t samples) {
   const Recipe recipe = recipe_of(newer);
   std::vector<Side> sides;
   std::vector<std::string> names;

@@ -16,11 +16,11 @@ namespace assay {
 
 // Means over the starts of one release.
 struct ReleaseValues {
-  double energy = 0;        // J, kinetic and potential, at the end
-  double contacts = 0;      // pairs of shapes that touch, mean over the samples
-  double penetration = 0;   // m, the deepest of a run
-  double joint_error = 0;   // m, between the anchors of a joint, the largest of a run
-  double limit = 0;         // rad beyond a limit, the largest of a run
+  double energy = 0;            // J, kinetic and potential, at the end
+  double contacts = 0;          // pairs of shapes that touch, mean over the samples
+  double penetration = 0;       // m, the deepest of a run
+  double joint_error = 0;       // m, between the anchors of a joint, the largest of a run
+  double limit = 0;             // rad beyond a limit, the largest of a run
   std::optional<double> falls;  // share of the runs, under a policy that says when the robot has fallen
 };
 
@@ -32,8 +32,8 @@ struct MeasuredRelease {
 
 // A setting of the newer release that brings its runs back towards those of the older one.
 struct Restoring {
-  std::string setting;    // "integrator=euler"
-  double left = 0;        // of the distance, m
+  std::string setting;  // "integrator=euler"
+  double left = 0;      // of the distance, m
   bool same_bits = false;
 };
 
@@ -59,9 +59,10 @@ class ReleaseRunner {
   std::function<void(size_t done, size_t of)> progress_;
 };
 
-// Each other value of the settings of `newer` that could have been what changed: switches turned, other choices, ten times
-// the iterations, a thousandth of the tolerance; those first that leave least, only those that leave less than half.
-std::vector<Restoring> restoring(ReleaseRunner& runner, const Side& newer, const MeasuredRelease& older, double distance,
-                                 int starts, size_t samples);
+// Each other value of the settings of `newer` that could have been what changed: switches turned, other choices, ten
+// times the iterations, a thousandth of the tolerance; those first that leave least, only those that leave less than
+// half.
+std::vector<Restoring> restoring(ReleaseRunner& runner, const Side& newer, const MeasuredRelease& older,
+                                 double distance, int starts, size_t samples);
 
 }  // namespace assay

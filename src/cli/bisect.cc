@@ -90,8 +90,8 @@ ResolvedContender contender_asked(const BisectOptions& options) {
     throw InputError(fmt::format("--contender {} is of {}, of which there are no releases", name, engine));
   }
   if (options.engine && *options.engine != engine) {
-    throw InputError(fmt::format("--contender {} is of {} and not of {}: leave --engine out", name, engine,
-                                 *options.engine));
+    throw InputError(
+        fmt::format("--contender {} is of {} and not of {}: leave --engine out", name, engine, *options.engine));
   }
   return contender;
 }
@@ -100,8 +100,8 @@ size_t place_of(const std::vector<std::string>& known, const std::string& option
                 const std::string& engine) {
   const auto found = std::ranges::find(known, release);
   if (found == known.end()) {
-    throw InputError(fmt::format("{} is '{}', and {} has no such release: it has {}", option, release, engine,
-                                 join(known, ", ")));
+    throw InputError(
+        fmt::format("{} is '{}', and {} has no such release: it has {}", option, release, engine, join(known, ", ")));
   }
   return static_cast<size_t>(found - known.begin());
 }
@@ -110,7 +110,8 @@ std::vector<std::string> releases_asked(const BisectOptions& options, const std:
   const std::vector<std::string> known = releases_of(engine);
   const size_t from = options.from ? place_of(known, "--from", *options.from, engine) : 0;
   const size_t to = options.to ? place_of(known, "--to", *options.to, engine) : known.size() - 1;
-  if (from > to) throw InputError(fmt::format("--from {} is newer than --to {}: exchange them", known[from], known[to]));
+  if (from > to)
+    throw InputError(fmt::format("--from {} is newer than --to {}: exchange them", known[from], known[to]));
   std::vector<std::string> asked(known.begin() + static_cast<std::ptrdiff_t>(from),
                                  known.begin() + static_cast<std::ptrdiff_t>(to) + 1);
   if (options.repeat) {
@@ -118,8 +119,8 @@ std::vector<std::string> releases_asked(const BisectOptions& options, const std:
     if (asked.size() > 1) throw InputError("--repeat is of one release: give it with --from and --to, both the same");
     asked.assign(static_cast<size_t>(count), asked.front());
   } else if (asked.size() < 2) {
-    throw InputError(fmt::format("--from and --to are both {}: give two releases, or --repeat 20 for repetitions of one",
-                                 asked.front()));
+    throw InputError(fmt::format(
+        "--from and --to are both {}: give two releases, or --repeat 20 for repetitions of one", asked.front()));
   }
   return asked;
 }
@@ -146,9 +147,9 @@ std::string group_text(const std::vector<Stage>& stages, const ReleaseGroup& gro
 }
 
 Json values_json(const ReleaseValues& values) {
-  Json json = {{"energy_J", values.energy},       {"contacts", values.contacts},
+  Json json = {{"energy_J", values.energy},           {"contacts", values.contacts},
                {"penetration_m", values.penetration}, {"joint_error_m", values.joint_error},
-               {"limit_rad", values.limit},       {"falls", nullptr}};
+               {"limit_rad", values.limit},           {"falls", nullptr}};
   if (values.falls) json["falls"] = *values.falls;
   return json;
 }
@@ -206,8 +207,8 @@ void add_change(const std::string& robot, const ResolvedContender& contender, co
     }
   }
   if (of.slower) {
-    answer.fact("time of a step", fmt::format("times {:.3f} [{:.3f}, {:.3f}]", of.slower->value, of.slower->low,
-                                              of.slower->high));
+    answer.fact("time of a step",
+                fmt::format("times {:.3f} [{:.3f}, {:.3f}]", of.slower->value, of.slower->low, of.slower->high));
   } else if (timed) {
     answer.fact("time of a step", "not measured in both");
   }
@@ -222,9 +223,8 @@ void add_change(const std::string& robot, const ResolvedContender& contender, co
   }
   for (size_t i = 0; i < of.restored.size() && i < 3; ++i) {
     const Restoring& each = of.restored[i];
-    answer.fact(i == 0 ? "as before" : "",
-                fmt::format("with --set {} in {} {} is left{}", each.setting, after, metres(each.left),
-                            each.same_bits ? ": the same bits" : ""));
+    answer.fact(i == 0 ? "as before" : "", fmt::format("with --set {} in {} {} is left{}", each.setting, after,
+                                                       metres(each.left), each.same_bits ? ": the same bits" : ""));
   }
   if (!of.rounding && of.restored.empty()) answer.fact("as before", "no setting alone brings half of it back");
   if (const std::string place = changelog_of(contender.engine->name(), after); !place.empty()) {
@@ -316,7 +316,7 @@ int run_bisect(const BisectOptions& options) {
     break;
   }
   doing = "releases";
-  const Course course = find_course(stages.size(), options.quick, noise, run, distance);
+  const ReleaseCourse course = find_course(stages.size(), options.quick, noise, run, distance);
   if (course.groups.empty()) {
     progress.clear();
     throw InputError(fmt::format("no release could be run: {}", measured.front().result.failure));
@@ -335,7 +335,8 @@ int run_bisect(const BisectOptions& options) {
   }
   std::vector<Explained> explained;
   for (const ReleaseChange& change : course.changes) {
-    Explained of{.change = change};
+    Explained of;
+    of.change = change;
     const MeasuredRelease &before = measured[change.before], &after = measured[change.after];
     of.size = apart(before.tracks, after.tracks, samples);
     of.rounding = of.size.mean <= tolerance;
@@ -380,9 +381,8 @@ int run_bisect(const BisectOptions& options) {
                                 {"values", usable ? values_json(measured[i].values) : Json(nullptr)}});
   }
   for (const ReleaseGroup& group : course.groups) {
-    json["groups"].push_back({{"first", stages[group.first].release},
-                              {"last", stages[group.last].release},
-                              {"inferred", group.inferred}});
+    json["groups"].push_back(
+        {{"first", stages[group.first].release}, {"last", stages[group.last].release}, {"inferred", group.inferred}});
   }
   for (const Explained& of : explained) json["changes"].push_back(change_json(engine, stages, of, measured));
 
@@ -391,8 +391,8 @@ int run_bisect(const BisectOptions& options) {
   answer.part(fmt::format("{}: {} of {}", question.model.name,
                           counted(explained.size(), "change point", "change points"), contender.base));
   answer.line(fmt::format("{}; {} of {} s at {} ms; {}", question.control->description(),
-                          counted(static_cast<size_t>(question.starts), "start", "starts"), shortest(question.seconds()),
-                          timestep_label(question.timestep_ms),
+                          counted(static_cast<size_t>(question.starts), "start", "starts"),
+                          shortest(question.seconds()), timestep_label(question.timestep_ms),
                           noise == 0 ? "repetitions of a release end in the same bits"
                                      : fmt::format("repetitions of a release are {} apart", metres(noise))));
   std::vector<std::vector<std::string>> rows;

@@ -23,7 +23,6 @@ struct Unit {
   const char* name;
   double factor;  // to SI
 };
-constexpr double kDegree = M_PI / 180;
 const std::vector<Unit> kTimeUnits = {{"s", 1}, {"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}};
 const std::vector<Unit> kAngleUnits = {{"rad", 1}, {"deg", kDegree}};
 const std::vector<Unit> kSpeedUnits = {{"rad/s", 1}, {"deg/s", kDegree}, {"rpm", 2 * M_PI / 60}};

@@ -57,6 +57,8 @@
 
 namespace assay::match {
 
+inline constexpr double kDegree = 0.017453292519943295;  // rad
+
 enum class DriveLaw { kNone, kTorque, kPd };
 
 struct FitRequest {

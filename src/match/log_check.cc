@@ -19,8 +19,6 @@
 namespace assay::match {
 namespace {
 
-constexpr double kDegree = M_PI / 180;
-
 // ---- series of one quantity -------------------------------------------------------------------------------------------
 
 double median_of(std::vector<double> values) {

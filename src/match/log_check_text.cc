@@ -11,7 +11,7 @@ namespace assay::match {
 namespace {
 
 constexpr std::array kSeverities = {"wrong", "warning", "remark"};
-constexpr size_t kMostRows = 20, kMostOfAKind = 6;
+constexpr size_t kMostShown = 20, kMostOfAKind = 6;
 
 const char* severity_text(FindingSeverity severity) { return kSeverities[static_cast<size_t>(severity)]; }
 
@@ -56,15 +56,15 @@ Answer check_answer(const LogCheck& check) {
   Answer answer;
   answer.part("Logs");
   std::vector<std::vector<std::string>> rows;
-  for (size_t i = 0; i < check.logs.size() && i < kMostRows; ++i) {
+  for (size_t i = 0; i < check.logs.size() && i < kMostShown; ++i) {
     const LogFacts& log = check.logs[i];
     rows.push_back({log.name, std::to_string(log.samples), fmt::format("{:.3g}", log.duration),
                     fmt::format("{:.4g}", log.rate), fmt::format("{:.0f}", 100 * log.jitter),
                     fmt::format("{:.0f}", 100 * spoiled_share(check, i))});
   }
   answer.table({"log", "samples", "length s", "rate Hz", "jitter %", "unusable %"}, std::move(rows), {1, 2, 3, 4, 5});
-  if (check.logs.size() > kMostRows) {
-    answer.line(fmt::format("and {}, which --json lists", counted(check.logs.size() - kMostRows, "more log")));
+  if (check.logs.size() > kMostShown) {
+    answer.line(fmt::format("and {}, which --json lists", counted(check.logs.size() - kMostShown, "more log")));
   }
   answer.part("Quantities");
   struct Sum {

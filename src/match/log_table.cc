@@ -19,13 +19,12 @@
 namespace assay::match {
 namespace {
 
-constexpr std::uintmax_t kMostBytes = std::uintmax_t{512} << 20;
-constexpr size_t kMostColumns = 10'000, kMostRows = 4'000'000, kMostNumbers = 50'000'000;
+constexpr size_t kMostNumbers = 50'000'000;
 constexpr const char* kGive = "a CSV file (.csv, .csv.gz, .csv.xz) or an .npz";
 
 [[noreturn]] void refuse_size(const std::string& path) {
   throw InputError(
-      fmt::format("the log '{}' has more than {} MiB unpacked: give files of parts of it", path, kMostBytes >> 20));
+      fmt::format("the log '{}' has more than {} MiB unpacked: give files of parts of it", path, kMostLogBytes >> 20));
 }
 
 // Unpacked by `step`, which fills the buffer and says how many bytes are new and whether it was the end.
@@ -40,7 +39,7 @@ std::string unpacked(const std::string& path, const Step& step) {
   for (bool end = false; !end;) {
     const Portion portion = step(buffer);
     text.append(buffer.data(), portion.bytes);
-    if (text.size() > kMostBytes) refuse_size(path);
+    if (text.size() > kMostLogBytes) refuse_size(path);
     end = portion.end;
   }
   return text;
@@ -172,7 +171,7 @@ void refuse_repeated(const std::vector<std::string>& names, const std::string& p
 
 void refuse_rows(const std::string& path) {
   throw InputError(fmt::format("the log '{}' has more than {} rows or {} numbers: give files of parts of it", path,
-                               kMostRows, kMostNumbers));
+                               kMostLogRows, kMostNumbers));
 }
 
 }  // namespace
@@ -214,11 +213,11 @@ LogTable parse_csv_table(const std::string& text, const std::string& path, const
       if (line.front() == '#') line = trimmed(line.substr(1));  // as numpy.savetxt() writes headers
       delimiter = delimiter_of(line);
       split(line, delimiter, fields, unquoted);
-      if (fields.size() > kMostColumns) {
+      if (fields.size() > kMostLogColumns) {
         throw InputError(
             fmt::format("{}:{}: the header has more than {} columns: leave out those that are no "
                         "measurements",
-                        path, number, kMostColumns));
+                        path, number, kMostLogColumns));
       }
       names.assign(fields.begin(), fields.end());
       if (std::ranges::all_of(fields, [](std::string_view field) { return parse_number(field).has_value(); })) {
@@ -253,7 +252,7 @@ LogTable parse_csv_table(const std::string& text, const std::string& path, const
       row[i] = *value;
     }
     if (!fine) continue;
-    if (table.line.size() >= kMostRows || table.line.size() * row.size() >= kMostNumbers) refuse_rows(path);
+    if (table.line.size() >= kMostLogRows || table.line.size() * row.size() >= kMostNumbers) refuse_rows(path);
     for (size_t i = 0; i < row.size(); ++i) table.numbers[i].push_back(row[i]);
     if (selection.motion) table.motion.emplace_back(fields[*selection.motion]);
     table.line.push_back(number);
@@ -265,7 +264,7 @@ LogTable parse_csv_table(const std::string& text, const std::string& path, const
 }
 
 LogTable read_log_table(const std::string& path, const SelectColumns& select, LogFaults& faults) {
-  std::string bytes = input_file(path, "the log", kGive, kMostBytes);
+  std::string bytes = input_file(path, "the log", kGive, kMostLogBytes);
   const std::string name = std::filesystem::path(path).filename().string();
   if (bytes.starts_with("PK\x03\x04") || bytes.starts_with("PK\x05\x06") || name.ends_with(".npz")) {
     return parse_npz_table(bytes, path, select, faults);

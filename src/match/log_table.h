@@ -11,6 +11,10 @@
 
 namespace assay::match {
 
+// Of a file, packed or not; columns also of an array.
+inline constexpr std::uint64_t kMostLogBytes = std::uint64_t{512} << 20;
+inline constexpr size_t kMostLogRows = 4'000'000, kMostLogColumns = 10'000;
+
 // Which columns to keep, by their numbers from 0.
 struct TableSelection {
   std::vector<size_t> numbers;   // each has to be a finite number

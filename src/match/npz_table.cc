@@ -23,9 +23,6 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "numbers are copied as they are");
 
-constexpr std::uint64_t kMostBytes = std::uint64_t{512} << 20;
-constexpr size_t kMostRows = 4'000'000, kMostColumns = 10'000;
-
 struct Array {
   std::string name;
   std::string type;  // "<f8"
@@ -132,8 +129,9 @@ bool read_array(std::string bytes, const std::string& name, const std::string& p
   const std::vector<std::uint64_t> shape = shape_of(entry(header, "shape"));
   if (size == 0 || shape.empty() || shape.size() > 2 || shape.back() == 0) return false;
   const std::uint64_t columns = shape.size() == 2 ? shape[1] : 1;
-  if (shape[0] > kMostRows || columns > kMostColumns) {
-    refuse(path, fmt::format("has an array '{}' of more than {} rows or {} columns", name, kMostRows, kMostColumns));
+  if (shape[0] > kMostLogRows || columns > kMostLogColumns) {
+    refuse(path,
+           fmt::format("has an array '{}' of more than {} rows or {} columns", name, kMostLogRows, kMostLogColumns));
   }
   if (shape[0] * columns * size != bytes.size() - begin - length) damaged();
   array = {.name = name,
@@ -180,9 +178,9 @@ std::vector<Array> arrays_of(const std::string& bytes, const std::string& path) 
     if (!name.ends_with(".npy")) continue;
     name.resize(name.size() - 4);
     // what the archive says of a size is a claim, so the sum of what is really read is bounded, too
-    if (facts.size > kMostBytes || (total += facts.size) > kMostBytes) {
-      throw InputError(
-          fmt::format("the log '{}' has more than {} MiB unpacked: give files of parts of it", path, kMostBytes >> 20));
+    if (facts.size > kMostLogBytes || (total += facts.size) > kMostLogBytes) {
+      throw InputError(fmt::format("the log '{}' has more than {} MiB unpacked: give files of parts of it", path,
+                                   kMostLogBytes >> 20));
     }
     const std::unique_ptr<zip_file_t, CloseFile> file(zip_fopen_index(archive.get(), i, 0));
     if (!file) refuse(path, fmt::format("has an array '{}' that cannot be read", name));
@@ -196,7 +194,7 @@ std::vector<Array> arrays_of(const std::string& bytes, const std::string& path) 
       if (content.size() > facts.size) refuse(path, fmt::format("has a damaged array '{}'", name));
     }
     if (Array array; read_array(std::move(content), name, path, array)) arrays.push_back(std::move(array));
-    if (arrays.size() > kMostColumns) refuse(path, fmt::format("has more than {} arrays", kMostColumns));
+    if (arrays.size() > kMostLogColumns) refuse(path, fmt::format("has more than {} arrays", kMostLogColumns));
   }
   return arrays;
 }
@@ -228,7 +226,7 @@ LogTable parse_npz_table(const std::string& bytes, const std::string& path, cons
         names.push_back(fmt::format("{}[{}]", array.name, i));
       }
       columns.push_back({&array, i});
-      if (names.size() > kMostColumns) refuse(path, fmt::format("has more than {} columns", kMostColumns));
+      if (names.size() > kMostLogColumns) refuse(path, fmt::format("has more than {} columns", kMostLogColumns));
     }
   }
   if (names.empty()) refuse(path, "has no array of numbers");

@@ -334,11 +334,11 @@ describe("full results", () => {
     );
     assert.deepEqual(unsound, ["bullet-si-f32 32"]);
     assert.equal((await page.$$("#planar-chain svg.accuracy .strike")).length, 1);
-    const failed = await page.$$eval("#planar-chain .failed", (nodes) =>
+    const failed = await page.$$eval("#planar-chain svg.accuracy .failed", (nodes) =>
       nodes.map((node) => `${node.parentNode.dataset.contender} ${node.dataset.timestep}`),
     );
     assert.deepEqual(failed, ["ode-step 32"]);
-    const cross = await page.$eval("#planar-chain .failed", (node) => node.getBoundingClientRect().bottom);
+    const cross = await page.$eval("#planar-chain svg.accuracy .failed", (node) => node.getBoundingClientRect().bottom);
     const frame = await page.$eval("#planar-chain .frame", (node) => node.getBoundingClientRect().top);
     assert.ok(cross <= frame, "the cross lies inside the plot, as if it had a value");
     const at = await marker(page, chain, "ode-step", 32);
@@ -737,7 +737,7 @@ test("the screenshot shows the top of the page as far as the first plots", async
   const png = readFileSync(out);
   assert.equal(png.toString("latin1", 1, 4), "PNG");
   assert.equal(png.readUInt32BE(16), 1200);
-  const { page } = await open("full", { width: 1200, folded: true });
+  const { page } = await open("full", { width: 1200, height: 1000, folded: true });
   const bottom = await page.$eval(".system .accuracy-panel", (node) => node.getBoundingClientRect().bottom + window.scrollY);
   await page.close();
   assert.ok(Math.abs(png.readUInt32BE(20) - bottom) < 40, `${png.readUInt32BE(20)} px high, the plots end at ${bottom}`);
