@@ -430,13 +430,15 @@ class Matcher {
             }
           }
         }
-        if (fitted.empty()) {
-          if (log.windows > 0) {
-            answer.unpredictable.push_back(
-                fmt::format("{}: the noise of its first states grows beyond {:g} degrees", log.log, kUnpredictable));
-          }
-          continue;
+        if (fitted.empty() && log.windows > 0) {
+          answer.unpredictable.push_back(
+              fmt::format("{}: over {} the noise of its first states grows beyond {:g} degrees", log.log,
+                          windows_.whole() ? "the whole motion" : fmt::format("{:g} s", question_.config.report_window_s),
+                          kUnpredictable));
+          // then what fits are made of has to do
+          untuned = scored.untuned_short, fitted = scored.fitted_short;
         }
+        if (fitted.empty()) continue;
         log.untuned = figures_of(mean_error(untuned), windows_), log.fitted = figures_of(mean_error(fitted), windows_);
         log.floor = figures_of(mean_error(floor), windows_);
         if (!scored.fitted_short.empty()) {
