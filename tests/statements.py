@@ -30,6 +30,7 @@ sys.path.insert(0, str(ROOT / "docs"))
 from tables import contacts as contact_tables, engines as engine_tables, self_consistency  # noqa: E402
 
 RESULTS = "docs/results.md"
+CONTACTS = "docs/lab/contact-truth.md"
 COUNTS = ("none", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve", "thirteen")
 
 Point = collections.namedtuple("Point", "contender timestep speed timed worst edge")
@@ -350,7 +351,7 @@ def native_drives(runs):
     assert at_the_end == found[longest] == ["ode-step-native-pd"] and found[16] == ["dart"], found
     native = [name for name in found[8] if name.endswith("-native-pd")]
     return (f"in the [full run](lab/claims.md), whose timesteps go to 32 ms, `ode-step-native-pd` holds it up to {ms(longest)}, the largest timestep tried and"
-            f" longer than any contender of this page, {names(native)} up to 8 ms.")
+            f" longer than any contender of this run, {names(native)} up to 8 ms.")
 
 
 @sentence(ENGINES)
@@ -760,7 +761,7 @@ def most_world_steps(runs):
             f" humanoid ({digits(others[0] / 1e3)} thousand), on one.")
 
 
-# ---- docs/results.md: contacts ---------------------------------------------------------------------------------------
+# ---- docs/results.md and docs/lab/contact-truth.md: contacts ---------------------------------------------------------------------------------------
 
 
 def off(runs, system, contender, timestep=1):
@@ -802,7 +803,7 @@ def how_many_are_close(runs):
             ", ".join(f"`{name}` on {best[name]}" for name in rest[:-1]) + f" and `{rest[-1]}` on {best[rest[-1]]}; for each engine the best of the contenders in the [tables](lab/contact-truth.md#errors).")
 
 
-@sentence(RESULTS)
+@sentence(CONTACTS)
 def no_contender_on_the_wheel(runs):
     error = runs.contacts.values("rimless-wheel", 1, "truth_error_max")
     fine = runs.contacts.values("rimless-wheel", 1 / 16, "truth_error_max")
@@ -843,7 +844,7 @@ def two_directions_scaled(runs):
             f" the box comes to rest at {math.degrees(math.atan2(y, x)):.0f}° in place of {straight:.0f}°.")
 
 
-@sentence(RESULTS)
+@sentence(CONTACTS)
 def others_on_the_box(runs):
     floors(runs, "sliding-box", "rapier-impulse-f64", "bullet-mb", "bullet-si-f64")
     floors(runs, "incline-boxes", "rapier-impulse-f64")
@@ -879,7 +880,7 @@ def rolling(runs):
             f" {mm(max(error[name] for name in prisms))} mm; with all others {mm(rest)} mm at most.") if mm(error["havok"]) == mm(error["havok-default"]) else "two figures for Havok"
 
 
-@sentence(RESULTS)
+@sentence(CONTACTS)
 def the_rod_sticks(runs):
     error = runs.contacts.values("rod-strike-sticks", 1, "truth_error_max")
     close = [name for name in runs.contacts.contenders if error.get(name, 1) <= 0.2 * MM]
@@ -900,7 +901,7 @@ def softness(runs):
             f" rod that sticks and {mm(shown['box-stack'])} mm on the stack at 1 ms, and a smaller step takes none of it away:")
 
 
-@sentence(RESULTS)
+@sentence(CONTACTS)
 def the_grip(runs):
     error = runs.contacts.values("grip-holds", 1, "truth_error_max")
     still = [name for engine in contact_tables.SHOWN.values() for name in engine if error.get(name, 1) <= 0.1 * MM]
@@ -918,7 +919,7 @@ def drake_grips(runs):
             f" timestep, `drake-lagged` at 4 and 1/16 ms, and is {held[0]} and {held[1]} mm off at 1 and 1/4.")
 
 
-@sentence(RESULTS)
+@sentence(CONTACTS)
 def an_exact_solver_gives_up(runs):
     cells = runs.contacts.cells("grip-holds")["ode-step"]
     assert {h: at["truth"][0] for h, at in cells.items()} == {1 / 16: "ok", 1 / 4: "diverged", 1: "diverged", 4: "diverged"}
@@ -929,7 +930,7 @@ def an_exact_solver_gives_up(runs):
             " at 4 ms. No other run of the campaign failed.")
 
 
-@sentence(RESULTS)
+@sentence(CONTACTS)
 def the_slipping_grip(runs):
     assert 0.9 < runs.contacts.value("grip-slips", "dart", 1, "truth_order") < 1.1
     floors(runs, "grip-slips", "rapier-impulse-f64")
@@ -937,7 +938,7 @@ def the_slipping_grip(runs):
             f" `rapier-impulse-f64` keeps {mm(off(runs, 'grip-slips', 'rapier-impulse-f64'))} mm.")
 
 
-@sentence(RESULTS)
+@sentence(CONTACTS)
 def the_closed_loop(runs):
     error = runs.contacts.values("four-bar", 1, "truth_error_max")
     far = {name for name in error if error[name] > 2 * MM}
