@@ -17,17 +17,17 @@ releases_build() { echo "${ASSAY_RELEASES_OF:-${root}/build/product}/releases"; 
 
 # set_up_releases NAME@VERSION...: each that is not there; one that fails is said, and the others are made.
 set_up_releases() {
-  local each failed=() ready=()
+  local each lacking=() ready=()
   for each in "$@"; do
     # Not `if (...)`: there, set -e would be off inside.
     set +e
     (set -e; set_up_release "${each%@*}" "${each##*@}")
     local status=$?
     set -e
-    if [[ ${status} -eq 0 ]]; then ready+=("${each}"); else failed+=("${each}"); fi
+    if [[ ${status} -eq 0 ]]; then ready+=("${each}"); else lacking+=("${each}"); fi
   done
   [[ ${#ready[@]} -eq 0 ]] || say "ready: ${ready[*]}"
-  [[ ${#failed[@]} -eq 0 ]] || die "not set up: ${failed[*]}"
+  [[ ${#lacking[@]} -eq 0 ]] || die "not set up: ${lacking[*]}"
 }
 
 set_up_release() {

@@ -94,11 +94,12 @@ int list_engines(bool as_json) {
   for (const Engine* engine : registry.engines()) {
     const std::vector<std::string> known = releases_of(engine->name()), ready = releases_ready(engine->name());
     if (known.empty()) continue;
-    print("\n" + paragraph(fmt::format("releases of {} as contenders, as {}@{}: {}; set up here: {}", engine->name(),
-                                       engine->contenders().front().name, known.front(), join(known, ", "),
-                                       ready.empty() ? "none (./assay setup " + in_build(engine->name(), known.front()) + ")"
-                                                     : join(ready, ", ")),
-                           4));
+    print("\n" +
+          paragraph(fmt::format("releases of {} as contenders, as {}@{}: {}; set up here: {}", engine->name(),
+                                engine->contenders().front().name, known.front(), join(known, ", "),
+                                ready.empty() ? "none (./assay setup " + in_build(engine->name(), known.front()) + ")"
+                                              : join(ready, ", ")),
+                    4));
   }
   if (!registry.absent().empty()) print("\n" + heading("not available") + ":\n");
   for (const AbsentEngine& engine : registry.absent()) {

@@ -311,8 +311,8 @@ void Registry::load(const std::string& path) {
   owned_.push_back(std::move(engine));
 }
 
-// Loads the plugin of that release of the contender's engine, where set-up has made it and nobody has tried before. What
-// is wrong with it is said by resolve().
+// Loads the plugin of that release of the contender's engine, where set-up has made it and nobody has tried before.
+// What is wrong with it is said by resolve().
 void Registry::load_release(const std::string& contender, const std::string& release) {
   if (!is_release(release)) return;
   const Engine* engine = engine_of(engines_, contender);

@@ -431,10 +431,10 @@ class Matcher {
           }
         }
         if (fitted.empty() && log.windows > 0) {
-          answer.unpredictable.push_back(
-              fmt::format("{}: over {} the noise of its first states grows beyond {:g} degrees", log.log,
-                          windows_.whole() ? "the whole motion" : fmt::format("{:g} s", question_.config.report_window_s),
-                          kUnpredictable));
+          answer.unpredictable.push_back(fmt::format(
+              "{}: over {} the noise of its first states grows beyond {:g} degrees", log.log,
+              windows_.whole() ? "the whole motion" : fmt::format("{:g} s", question_.config.report_window_s),
+              kUnpredictable));
           // then what fits are made of has to do
           untuned = scored.untuned_short, fitted = scored.fitted_short;
         }

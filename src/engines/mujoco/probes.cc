@@ -96,8 +96,7 @@ void joints() {
     scene.model->opt.disableflags |= mjDSBL_CONTACT;
     const double before = scene.energy();
     scene.run(5);
-    tell("joints", name, "energy after 5 s of a double pendulum, change", "J",
-         scene.energy() - before);
+    tell("joints", name, "energy after 5 s of a double pendulum, change", "J", scene.energy() - before);
   }
   for (const auto& [name, integrator] : kIntegrators) {
     Scene scene(R"(<option timestep="0.002"/><worldbody><body pos="0 0 2">
@@ -164,9 +163,10 @@ void pairs() {
                    "/></body></worldbody>");
     detect(on_plane, std::string("plane and ") + shapes[a]);
     for (size_t b = a; b < shapes.size(); ++b) {
-      Scene scene(mesh + R"(<worldbody><body><geom )" + shape(shapes[a]) + R"(/></body><body euler="0 0 20" pos="0.002 0.003 )" +
-                  number(height(shapes[a]) + height(shapes[b]) - 0.001) + R"("><freejoint/><geom )" +
-                  shape(shapes[b]) + "/></body></worldbody>");
+      Scene scene(mesh + R"(<worldbody><body><geom )" + shape(shapes[a]) +
+                  R"(/></body><body euler="0 0 20" pos="0.002 0.003 )" +
+                  number(height(shapes[a]) + height(shapes[b]) - 0.001) + R"("><freejoint/><geom )" + shape(shapes[b]) +
+                  "/></body></worldbody>");
       detect(scene, std::string(shapes[a]) + " and " + shapes[b]);
     }
   }
@@ -231,7 +231,8 @@ void solvers() {
 
 // A box thrown over the ground, and one that stands on it.
 void friction() {
-  Scene scene(R"(<option timestep="0.002"/><worldbody><geom type="plane" size="5 5 1"/><body pos="0 0 0.0999"><freejoint/>
+  Scene scene(
+      R"(<option timestep="0.002"/><worldbody><geom type="plane" size="5 5 1"/><body pos="0 0 0.0999"><freejoint/>
     <geom type="box" size="0.1 0.1 0.1" mass="1" friction="0.5"/></body></worldbody>)");
   scene.data->qvel[0] = 2;
   scene.run(1.5);
@@ -242,25 +243,26 @@ void friction() {
 void defaults() {
   Scene scene(R"(<worldbody><body><freejoint/><geom type="sphere" size="0.1"/></body></worldbody>)");
   const mjOption& option = scene.model->opt;
-  for (const auto& [name, value] : std::vector<std::pair<const char*, double>>{{"timestep", option.timestep},
-                                                                              {"integrator", option.integrator},
-                                                                              {"solver", option.solver},
-                                                                              {"iterations", option.iterations},
-                                                                              {"tolerance", option.tolerance},
-                                                                              {"ls_iterations", option.ls_iterations},
-                                                                              {"ls_tolerance", option.ls_tolerance},
-                                                                              {"cone", option.cone},
-                                                                              {"jacobian", option.jacobian},
-                                                                              {"impratio", option.impratio},
-                                                                              {"disableflags", option.disableflags},
-                                                                              {"enableflags", option.enableflags},
-                                                                              {"solref 1", scene.model->geom_solref[0]},
-                                                                              {"solref 2", scene.model->geom_solref[1]},
-                                                                              {"solimp 1", scene.model->geom_solimp[0]},
-                                                                              {"solimp 2", scene.model->geom_solimp[1]},
-                                                                              {"solimp 3", scene.model->geom_solimp[2]},
-                                                                              {"condim", scene.model->geom_condim[0]},
-                                                                              {"friction 1", scene.model->geom_friction[0]}}) {
+  for (const auto& [name, value] :
+       std::vector<std::pair<const char*, double>>{{"timestep", option.timestep},
+                                                   {"integrator", option.integrator},
+                                                   {"solver", option.solver},
+                                                   {"iterations", option.iterations},
+                                                   {"tolerance", option.tolerance},
+                                                   {"ls_iterations", option.ls_iterations},
+                                                   {"ls_tolerance", option.ls_tolerance},
+                                                   {"cone", option.cone},
+                                                   {"jacobian", option.jacobian},
+                                                   {"impratio", option.impratio},
+                                                   {"disableflags", option.disableflags},
+                                                   {"enableflags", option.enableflags},
+                                                   {"solref 1", scene.model->geom_solref[0]},
+                                                   {"solref 2", scene.model->geom_solref[1]},
+                                                   {"solimp 1", scene.model->geom_solimp[0]},
+                                                   {"solimp 2", scene.model->geom_solimp[1]},
+                                                   {"solimp 3", scene.model->geom_solimp[2]},
+                                                   {"condim", scene.model->geom_condim[0]},
+                                                   {"friction 1", scene.model->geom_friction[0]}}) {
     tell("defaults", "a file that says nothing", name, "", value);
   }
 }

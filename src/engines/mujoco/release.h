@@ -1,5 +1,5 @@
-// What differs between the releases of MuJoCo that the adapter is compiled for: 3.2.7 and newer (releases.txt). All of it
-// is here; the other files are the same for every release.
+// What differs between the releases of MuJoCo that the adapter is compiled for: 3.2.7 and newer (releases.txt). All of
+// it is here; the other files are the same for every release.
 #pragma once
 
 #include <array>
@@ -19,9 +19,7 @@ namespace assay::mujoco {
 
 // Integrators by the adapter's names.
 inline constexpr std::array kIntegrators = {
-    std::pair{"euler", mjINT_EULER},
-    std::pair{"rk4", mjINT_RK4},
-    std::pair{"implicitfast", mjINT_IMPLICITFAST},
+    std::pair{"euler", mjINT_EULER},       std::pair{"rk4", mjINT_RK4}, std::pair{"implicitfast", mjINT_IMPLICITFAST},
     std::pair{"implicit", mjINT_IMPLICIT},
 #if ASSAY_MUJOCO >= 3013000
     std::pair{"discrete", mjINT_DISCRETE},
