@@ -20,7 +20,7 @@ using nlohmann::json;
 // Where the loss of a sample turns from its square to its size: degrees, percent of the size.
 constexpr double kJointDelta = 2, kBodyDelta = 5;
 constexpr double kGradientStep = 0.02, kInformationStep = 0.05, kRoughInformationStep = 0.3;  // expected deviations
-constexpr double kWidest = 1;      // interval, in widths of the bounds: wider is not determined
+constexpr double kWidest = 1;      // interval, in sizes of the parameters (optimiser.py): wider is not determined
 constexpr double kEqual = 0.02;    // of the cost: starts that end so near to the best end equally well
 constexpr int kResamples = 1000;   // of the bootstrap
 constexpr size_t kEnoughLogs = 8;  // fewer are no clusters of their own
@@ -90,6 +90,10 @@ Fit fit(Evaluator& evaluator, const Model& model, const Windows& windows, const 
     task["start"].push_back(parameter.coordinate(std::clamp(parameter.nominal, parameter.lower, parameter.upper)));
     task["lower"].push_back(parameter.coordinate(parameter.lower));
     task["upper"].push_back(parameter.coordinate(parameter.upper));
+    // numbers that are positive are measured by themselves
+    const bool positive = !parameter.log && parameter.lower == 0;
+    task["zero"].push_back(positive ? json(parameter.coordinate(0)) : json());
+    task["size"].push_back(parameter.log ? json(std::log(2) / parameter.step) : json());
   }
   // windows of one log belong together; of few logs each window stands for itself
   std::map<size_t, size_t> logs;
@@ -183,7 +187,7 @@ nlohmann::ordered_json fit_json(const Fit& fit) {
   for (const Combination& each : fit.combinations) {
     json["combinations"].push_back({{"members", each.members},
                                     {"weights", each.weights},
-                                    {"interval_in_bounds", each.interval},
+                                    {"relative_interval", each.interval},
                                     {"frozen", each.frozen}});
   }
   json["at_bound"] = fit.at_bound;
@@ -207,7 +211,7 @@ Fit fit_from_json(const nlohmann::ordered_json& json) {
   for (const auto& each : json.at("combinations")) {
     fit.combinations.push_back({each.at("members").get<std::vector<std::string>>(),
                                 each.at("weights").get<std::vector<double>>(),
-                                each.at("interval_in_bounds").get<double>(), each.at("frozen").get<std::string>()});
+                                each.at("relative_interval").get<double>(), each.at("frozen").get<std::string>()});
   }
   fit.at_bound = json.at("at_bound").get<std::vector<std::string>>();
   fit.starts = json.at("starts").get<std::vector<std::vector<double>>>();

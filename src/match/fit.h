@@ -28,7 +28,7 @@ struct FitOptions {
 struct Combination {
   std::vector<std::string> members;  // names of parameters, the largest share first
   std::vector<double> weights;
-  double interval = 0;  // 95 %, in widths of the bounds
+  double interval = 0;  // 95 %, in sizes of the parameters: 1 is a number by itself
   std::string frozen;   // the member that was kept at the model's value
 };
 

@@ -197,7 +197,7 @@ Answer match_text(const MatchQuestion& question, const MatchAnswer& answer) {
       text.table({"parameter", "fitted", "95 %", "model", ""}, std::move(parameters), {3});
     }
     for (const Combination& each : result.fit.combinations) {
-      text.line(fmt::format("not identified: {} (95 % spans {:.2g} of the bounds): {} stays as in the model",
+      text.line(fmt::format("not identified: {} (95 % spans {:.2g} times itself): {} stays as in the model",
                             join(each.members, " x "), each.interval, each.frozen));
     }
     for (const Phase& phase : result.phases) text.fact(phase.name, text_of(phase.fitted));

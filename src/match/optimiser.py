@@ -39,6 +39,17 @@ class Problem:
         # of each residual its block, and of each block its cluster
         self.cluster_of = np.repeat(np.array(task["clusters"], dtype=int), task["blocks"]) if task["blocks"] else np.zeros(0, int)
 
+    def sizes(self, solution):
+        """What an interval has to be smaller than for a parameter to count as determined: the number itself, or an
+        expected deviation where that is more; the width of the bounds where zero is nothing special."""
+        sizes = []
+        for i, value in zip(self.free, solution):
+            zero, size = self.task["zero"][i], self.width[i] if self.task["size"][i] is None else self.task["size"][i]
+            if zero is not None:
+                size = max(1.0, abs(value - zero))
+            sizes.append(min(size, self.width[i]))
+        return np.array(sizes)
+
     def full(self, free_values):
         x = self.start.copy()
         x[self.free] = free_values
@@ -172,7 +183,9 @@ class Information:
         residuals = problem.residuals(solution)
         weights = np.minimum(1.0, delta / np.maximum(np.abs(residuals), 1e-300))
         width = problem.width[problem.free]
-        scaled = jacobian * width  # 1 is the width of the bounds
+        self.size = problem.sizes(solution)
+        self.relative_width = width / self.size
+        scaled = jacobian * self.size
         names = np.unique(problem.cluster_of)
         self.curvatures, self.slopes = [], []
         for name in names:
@@ -186,27 +199,25 @@ class Information:
         # at a bound only the way inside is open, and it does not vary
         lower, upper = problem.lower[problem.free], problem.upper[problem.free]
         margin = 1e-3 * width
+        self.steps = self.bootstrap(problem.task["resamples"], problem.task["seed"])
         self.at_bound = (solution < lower + margin) | (solution > upper - margin)
 
     def prior(self):
         """Curvature that stands for the bounds: an even distribution between them."""
-        return max(self.variance, 1e-30) * 12.0 * np.eye(len(self.curvature))
+        return max(self.variance, 1e-30) * np.diag(12.0 / self.relative_width**2)
 
     def weakest(self, widest):
-        """The direction that the data determine least, where its interval is wider than `widest` of the bounds."""
+        """The direction that the data determine least, where its interval is wider than `widest` of its size."""
         values, vectors = np.linalg.eigh(self.curvature)
         values = np.maximum(values, 1e-13 * max(values.max(), 1e-30))
-        count = len(self.slopes)
-        slopes = (self.slopes - self.slopes.mean(axis=0)) @ vectors
         # over clusters, and as if all residuals were independent: few clusters may agree by chance
-        clusters = np.sqrt(np.sum(slopes**2, axis=0) * (count / max(1, count - 1))) / values
-        independent = np.sqrt(self.variance / values)
-        intervals = np.minimum(2 * Z95 * np.maximum(clusters, independent), 1e6)
+        low, high = np.quantile((self.steps / self.size) @ vectors, [0.025, 0.975], axis=0)
+        intervals = np.minimum(np.maximum(high - low, 2 * Z95 * np.sqrt(self.variance / values)), 1e6)
         worst = int(np.argmax(intervals))
         return (vectors[:, worst], float(intervals[worst])) if intervals[worst] > widest else None
 
     def bootstrap(self, resamples, seed):
-        """Solutions of resampled clusters by one Newton step each, in widths of the bounds."""
+        """Solutions of resampled clusters by one Newton step each, from the solution."""
         rng = np.random.default_rng([seed, 77])
         count = len(self.slopes)
         prior = self.prior()
@@ -216,7 +227,19 @@ class Information:
             curvature = np.tensordot(times, self.curvatures, axes=1) + prior
             slope = np.tensordot(times, self.slopes, axes=1)
             steps.append(-np.linalg.solve(curvature, slope))
-        return np.array(steps) * math.sqrt(count / max(1, count - 1))
+        return np.array(steps) * self.size * math.sqrt(count / max(1, count - 1))
+
+
+def elsewhere(problem, found, task):
+    """The direction to a start that has ended as well as the best one, too far away from it."""
+    best, cost = found[0]
+    sizes = problem.sizes(best)
+    for x, other in found[1:]:
+        way = (x - best) / sizes
+        length = float(np.linalg.norm(way))
+        if other <= cost * (1 + task["equal"]) and 2 * length > task["widest"]:
+            return way / length, 2 * length
+    return None
 
 
 def fit(task):
@@ -236,7 +259,7 @@ def fit(task):
         if not spread:
             spread = [[float(v) for v in problem.full(x)] + [float(c)] for x, c in found]
         information = Information(problem, solution, delta)
-        weak = information.weakest(task["widest"])
+        weak = information.weakest(task["widest"]) or elsewhere(problem, found, task)
         if weak is None or len(problem.free) == 1 and combinations:
             break
         direction, interval = weak
@@ -261,11 +284,10 @@ def fit(task):
     at_bound = []
     values = problem.full(solution)
     if information is not None:
-        steps = information.bootstrap(task["resamples"], task["seed"])
-        width = problem.width[problem.free]
+        steps = information.steps
         best_cost = found[0][1]
         for k, i in enumerate(problem.free):
-            bottom, top = np.quantile(steps[:, k], [0.025, 0.975]) * width[k] + solution[k]
+            bottom, top = np.quantile(steps[:, k], [0.025, 0.975]) + solution[k]
             # starts that end equally well elsewhere say what one optimum does not
             for x, cost in found:
                 if cost <= best_cost * (1 + task["equal"]):
