@@ -9,8 +9,8 @@
 #include <map>
 #include <optional>
 
-#include <fmt/format.h>
 #include <Eigen/Geometry>
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
