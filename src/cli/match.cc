@@ -53,7 +53,8 @@ match::FitRequest fit_request(const std::string& text) {
 
 match::MatchQuestion question_of(const MatchOptions& options) {
   match::MatchQuestion question;
-  question.spec = {.path = find_model(options.model.model), .hash = "", .load = load_options(options.model), .variant = {}};
+  question.spec = {
+      .path = find_model(options.model.model), .hash = "", .load = load_options(options.model), .variant = {}};
   question.model = load_model(question.spec.path, question.spec.load);
   question.spec.hash = question.model.hash;
   question.config = match::read_match_config(options.config);
@@ -61,7 +62,8 @@ match::MatchQuestion question_of(const MatchOptions& options) {
     question.config.fit.clear();
     for (const std::string& text : options.fit) question.config.fit.push_back(fit_request(text));
   }
-  if (options.seed) question.config.seed = static_cast<std::uint64_t>(parse_count("--seed", *options.seed, 0, 1'000'000'000));
+  if (options.seed)
+    question.config.seed = static_cast<std::uint64_t>(parse_count("--seed", *options.seed, 0, 1'000'000'000));
   question.logs = match::read_logs(options.logs, question.model, question.config);
   question.check = match::check_logs(question.model, question.config, question.logs);
   question.contenders = options.contenders;
@@ -79,7 +81,9 @@ int run_match(const MatchOptions& options) {
     throw InputError("--out DIR is missing: it names the folder of what is found; --check looks at the logs alone");
   }
   const auto read = [&] { return question_of(options); };
-  rehearse(fmt::format("reading '{}' and its logs", options.model.model), [&] { static_cast<void>(read()); }, model_caches());
+  rehearse(
+      fmt::format("reading '{}' and its logs", options.model.model), [&] { static_cast<void>(read()); },
+      model_caches());
   match::MatchQuestion question = read();
   if (options.check) {
     if (options.json) {

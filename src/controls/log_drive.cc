@@ -24,8 +24,8 @@ class LogControl final : public Control {
     for (size_t j = 0; j < torques.size(); ++j) {
       torques[j] = j < drive_.torques.size() && !drive_.torques[j].empty() ? at(drive_.torques[j]) : 0;
       if (j < drive_.targets.size() && !drive_.targets[j].empty()) {
-        torques[j] += drive_.stiffness[j] * (at(drive_.targets[j]) - state.position[j]) -
-                      drive_.damping[j] * state.velocity[j];
+        torques[j] +=
+            drive_.stiffness[j] * (at(drive_.targets[j]) - state.position[j]) - drive_.damping[j] * state.velocity[j];
       }
       if (!drive_.gear.empty()) torques[j] *= drive_.gear[j];
     }

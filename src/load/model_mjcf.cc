@@ -124,24 +124,27 @@ class Writer {
     if (body.joint >= 0) {
       const Joint& j = model_.joints[static_cast<size_t>(body.joint)];
       return fmt::format(
-          "<joint name=\"{}\" type=\"{}\" pos=\"{}\" axis=\"{}\" ref=\"{}\" limited=\"{}\" range=\"{}\" stiffness=\"{}\" "
+          "<joint name=\"{}\" type=\"{}\" pos=\"{}\" axis=\"{}\" ref=\"{}\" limited=\"{}\" range=\"{}\" "
+          "stiffness=\"{}\" "
           "springref=\"{}\" damping=\"{}\" armature=\"{}\" frictionloss=\"{}\"/>",
-          escaped(j.name), j.is_slide() ? "slide" : "hinge", numbers(Vec3(X_FB * j.p_BJ)), numbers(Vec3(X_FB.q * j.axis_B)),
-          j.reference, j.limited, numbers({j.lower, j.upper}), j.stiffness, j.spring_reference, j.damping, j.armature,
-          j.dry_friction);
+          escaped(j.name), j.is_slide() ? "slide" : "hinge", numbers(Vec3(X_FB * j.p_BJ)),
+          numbers(Vec3(X_FB.q * j.axis_B)), j.reference, j.limited, numbers({j.lower, j.upper}), j.stiffness,
+          j.spring_reference, j.damping, j.armature, j.dry_friction);
     }
     if (body.ball < 0) return "<freejoint/>";
     const BallJoint& j = model_.balls[static_cast<size_t>(body.ball)];
     if (!j.spring_reference.isApprox(Quat::Identity())) {
-      throw InputError(fmt::format("the ball joint '{}' has a spring that is not at rest at its reference, which MJCF cannot "
-                                   "say",
-                                   j.name));
+      throw InputError(
+          fmt::format("the ball joint '{}' has a spring that is not at rest at its reference, which MJCF cannot "
+                      "say",
+                      j.name));
     }
     return fmt::format(
-        "<joint name=\"{}\" type=\"ball\" pos=\"{}\" limited=\"{}\" range=\"{}\" stiffness=\"{}\" damping=\"{}\" armature=\"{}\" "
+        "<joint name=\"{}\" type=\"ball\" pos=\"{}\" limited=\"{}\" range=\"{}\" stiffness=\"{}\" damping=\"{}\" "
+        "armature=\"{}\" "
         "frictionloss=\"{}\"/>",
-        escaped(j.name), numbers(Vec3(X_FB * j.p_BJ)), j.limited, numbers({0, j.upper}), j.stiffness, j.damping, j.armature,
-        j.dry_friction);
+        escaped(j.name), numbers(Vec3(X_FB * j.p_BJ)), j.limited, numbers({0, j.upper}), j.stiffness, j.damping,
+        j.armature, j.dry_friction);
   }
 
   void bodies(int parent, size_t depth) {
@@ -164,14 +167,16 @@ class Writer {
         X_PB = X_PB * model_.bodies[next].X_PB;
       }
       const Body& body = model_.bodies[chain.back()];
-      line(depth, fmt::format("<body name=\"{}\" pos=\"{}\" quat=\"{}\">", escaped(body.name), numbers(X_PB.p), numbers(X_PB.q)));
+      line(depth, fmt::format("<body name=\"{}\" pos=\"{}\" quat=\"{}\">", escaped(body.name), numbers(X_PB.p),
+                              numbers(X_PB.q)));
       // of the frame of each body of the chain the last one's
       std::vector<Pose> frames(chain.size());
       for (size_t k = chain.size() - 1; k > 0; --k) frames[k - 1] = model_.bodies[chain[k]].X_PB * frames[k];
       for (size_t k = 0; k < chain.size(); ++k) line(depth + 1, joint(model_.bodies[chain[k]], frames[k]));
       const Mat3& I = body.I_BBcm_B;
-      line(depth + 1, fmt::format("<inertial pos=\"{}\" mass=\"{}\" fullinertia=\"{}\"/>", numbers(body.p_BBcm), body.mass,
-                                  fmt::format("{} {} {} {} {} {}", I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2))));
+      line(depth + 1,
+           fmt::format("<inertial pos=\"{}\" mass=\"{}\" fullinertia=\"{}\"/>", numbers(body.p_BBcm), body.mass,
+                       fmt::format("{} {} {} {} {} {}", I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2))));
       const auto index = static_cast<int>(chain.back());
       shapes(index, depth + 1);
       bodies(index, depth + 1);
@@ -194,14 +199,16 @@ class Writer {
     line(1, "<actuator>");
     for (const Actuator& a : model_.actuators) {
       if (a.terms.size() != 1 || a.has_activation()) {
-        throw InputError(fmt::format("the actuator '{}' acts on a tendon or has an activation and is not written to MJCF", a.name));
+        throw InputError(
+            fmt::format("the actuator '{}' acts on a tendon or has an activation and is not written to MJCF", a.name));
       }
-      line(2, fmt::format("<general name=\"{}\" joint=\"{}\" gear=\"{}\" gainprm=\"{}\" biastype=\"affine\" biasprm=\"{}\" "
-                          "ctrllimited=\"{}\" ctrlrange=\"{}\" forcelimited=\"{}\" forcerange=\"{}\"/>",
-                          escaped(a.name), escaped(model_.joints[static_cast<size_t>(a.terms[0].joint)].name),
-                          a.terms[0].coefficient, a.gain, numbers({a.bias[0], a.bias[1], a.bias[2]}), a.control_limited,
-                          numbers({a.control_lower, a.control_upper}), a.force_limited,
-                          numbers({a.force_lower, a.force_upper})));
+      line(2,
+           fmt::format(
+               "<general name=\"{}\" joint=\"{}\" gear=\"{}\" gainprm=\"{}\" biastype=\"affine\" biasprm=\"{}\" "
+               "ctrllimited=\"{}\" ctrlrange=\"{}\" forcelimited=\"{}\" forcerange=\"{}\"/>",
+               escaped(a.name), escaped(model_.joints[static_cast<size_t>(a.terms[0].joint)].name),
+               a.terms[0].coefficient, a.gain, numbers({a.bias[0], a.bias[1], a.bias[2]}), a.control_limited,
+               numbers({a.control_lower, a.control_upper}), a.force_limited, numbers({a.force_lower, a.force_upper})));
     }
     line(1, "</actuator>");
   }

@@ -28,7 +28,8 @@ Evaluator::Evaluator(MatchJob job, int workers, double limit_s, const Interrupts
 Evaluator::~Evaluator() = default;
 
 bool Evaluator::start(Worker& worker) const {
-  worker.process = std::make_unique<WorkerProcess>(program_path(), WorkerLimits::of_share(static_cast<int>(workers_.size())));
+  worker.process =
+      std::make_unique<WorkerProcess>(program_path(), WorkerLimits::of_share(static_cast<int>(workers_.size())));
   worker.process->send(job_);
   const auto reply = worker.process->wait_reply(limit_s_, interrupts_.descriptor());
   if (reply) throw_worker_error(*reply);
@@ -106,7 +107,8 @@ void Evaluator::work(std::vector<Task> tasks, const std::vector<Candidate>& cand
       const Candidate& candidate = candidates[worker->task->candidate];
       command.changes = change_texts(candidate.changes);
       command.settings = candidate.settings;
-      for (const size_t position : worker->task->positions) command.windows.push_back(static_cast<int>(windows[position]));
+      for (const size_t position : worker->task->positions)
+        command.windows.push_back(static_cast<int>(windows[position]));
       worker->process->send(command);
       worker->limit = worker->process->limit(limit_s_);
     }

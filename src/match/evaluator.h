@@ -22,7 +22,8 @@ class Evaluator {
 
   // Of each candidate the runs of these windows (indices into the job's), in their order. Throws SystemError when it is
   // interrupted, and what a worker reports of the machine or the input.
-  std::vector<std::vector<MatchRun>> simulate(const std::vector<Candidate>& candidates, const std::vector<size_t>& windows);
+  std::vector<std::vector<MatchRun>> simulate(const std::vector<Candidate>& candidates,
+                                              const std::vector<size_t>& windows);
 
   long long runs() const { return runs_; }
   double engine_s() const { return engine_s_; }

@@ -20,9 +20,9 @@ using nlohmann::json;
 // Where the loss of a sample turns from its square to its size: degrees, percent of the size.
 constexpr double kJointDelta = 2, kBodyDelta = 5;
 constexpr double kGradientStep = 0.02, kInformationStep = 0.05, kRoughInformationStep = 0.3;  // expected deviations
-constexpr double kWidest = 1;     // interval, in sizes of the parameters (optimiser.py): wider is not determined
-constexpr double kEqual = 0.02;   // of the cost: starts that end so near to the best end equally well
-constexpr int kResamples = 1000;  // of the bootstrap
+constexpr double kWidest = 1;      // interval, in sizes of the parameters (optimiser.py): wider is not determined
+constexpr double kEqual = 0.02;    // of the cost: starts that end so near to the best end equally well
+constexpr int kResamples = 1000;   // of the bootstrap
 constexpr size_t kEnoughLogs = 8;  // fewer are no clusters of their own
 
 double huber(double size, double delta) { return size <= delta ? 0.5 * size * size : delta * (size - 0.5 * delta); }
@@ -105,7 +105,8 @@ Fit fit(Evaluator& evaluator, const Model& model, const Windows& windows, const 
   }
   const auto value_list = [&](const json& coordinates) {
     std::vector<double> values;
-    for (size_t k = 0; k < parameters.size(); ++k) values.push_back(parameters[k].value(coordinates.at(k).get<double>()));
+    for (size_t k = 0; k < parameters.size(); ++k)
+      values.push_back(parameters[k].value(coordinates.at(k).get<double>()));
     return values;
   };
   Record record(options.record);
@@ -152,7 +153,8 @@ Fit fit(Evaluator& evaluator, const Model& model, const Windows& windows, const 
       }
     }
     std::vector<Candidate> candidates;
-    for (const json& coordinates : asked) candidates.push_back(candidate_of(model, parameters, value_list(coordinates)));
+    for (const json& coordinates : asked)
+      candidates.push_back(candidate_of(model, parameters, value_list(coordinates)));
     const auto runs = evaluator.simulate(candidates, training);
     json answer = json::array();
     for (const std::vector<MatchRun>& of_candidate : runs) {
@@ -183,8 +185,10 @@ nlohmann::ordered_json fit_json(const Fit& fit) {
   json["high"] = optional_list(fit.high);
   json["combinations"] = nlohmann::ordered_json::array();
   for (const Combination& each : fit.combinations) {
-    json["combinations"].push_back({{"members", each.members}, {"weights", each.weights},
-                                    {"relative_interval", each.interval}, {"frozen", each.frozen}});
+    json["combinations"].push_back({{"members", each.members},
+                                    {"weights", each.weights},
+                                    {"relative_interval", each.interval},
+                                    {"frozen", each.frozen}});
   }
   json["at_bound"] = fit.at_bound;
   json["starts"] = fit.starts;

@@ -17,10 +17,10 @@ namespace assay::match {
 
 struct FitOptions {
   std::uint64_t seed = 1;
-  int budget = 600;         // candidates of the search, of all starts together; the same for every contender
+  int budget = 600;  // candidates of the search, of all starts together; the same for every contender
   int starts = 3;
-  bool rough = false;       // impacts: CMA-ES and not least squares
-  std::string record = {};  // file of what was evaluated, to go on from; "" for none
+  bool rough = false;                                   // impacts: CMA-ES and not least squares
+  std::string record = {};                              // file of what was evaluated, to go on from; "" for none
   std::function<void(int done, int of)> progress = {};  // candidates
 };
 
@@ -33,8 +33,8 @@ struct Combination {
 };
 
 struct Fit {
-  std::vector<double> values;                      // of the parameters
-  std::vector<std::optional<double>> low, high;    // 95 %; empty: kept at the model's value
+  std::vector<double> values;                    // of the parameters
+  std::vector<std::optional<double>> low, high;  // 95 %; empty: kept at the model's value
   std::vector<Combination> combinations;
   std::vector<std::string> at_bound;
   std::vector<std::vector<double>> starts;  // values at which the starts ended, with the cost behind them, best first

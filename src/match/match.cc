@@ -27,12 +27,12 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr int kPerturbed = 4;                    // starts for the floor
-constexpr double kUnpredictable = 2;             // degrees
+constexpr int kPerturbed = 4;                             // starts for the floor
+constexpr double kUnpredictable = 2;                      // degrees
 constexpr int kRoughBudget = 1500, kSmoothBudget = 1500;  // candidates
-constexpr double kLimitS = 120;                  // of the runs that a worker does at once
-constexpr double kImpact = 0.05;                 // s that count as at an impact
-constexpr double kOdd = 2;                       // times the median log: nobody explains it
+constexpr double kLimitS = 120;                           // of the runs that a worker does at once
+constexpr double kImpact = 0.05;                          // s that count as at an impact
+constexpr double kOdd = 2;                                // times the median log: nobody explains it
 
 // Which logs a fit sees and which it is judged by.
 struct Fold {
@@ -63,8 +63,9 @@ std::vector<Fold> folds_of(const MatchQuestion& question) {
     std::iota(order.begin(), order.end(), size_t{0});
     std::mt19937_64 random(config.seed);
     for (size_t i = count; i > 1; --i) std::swap(order[i - 1], order[random() % i]);
-    const auto held = std::clamp<size_t>(static_cast<size_t>(std::llround(config.held_out_share * static_cast<double>(count))),
-                                         1, count > 1 ? count - 1 : 1);
+    const auto held =
+        std::clamp<size_t>(static_cast<size_t>(std::llround(config.held_out_share * static_cast<double>(count))), 1,
+                           count > 1 ? count - 1 : 1);
     for (size_t i = 0; i < held; ++i) fold.held_out[order[i]] = true, fold.training[order[i]] = false;
   }
   const auto any = [](const std::vector<bool>& logs) { return std::ranges::any_of(logs, [](bool b) { return b; }); };
@@ -85,7 +86,8 @@ MeasuredLog part_of(const MeasuredLog& log, size_t from, size_t to, const std::s
   };
   part.time = cut(log.time), part.line = cut(log.line);
   for (const MeasuredJoint& joint : log.joints) {
-    part.joints.push_back({joint.joint, cut(joint.position), cut(joint.velocity), cut(joint.torque), cut(joint.target)});
+    part.joints.push_back(
+        {joint.joint, cut(joint.position), cut(joint.velocity), cut(joint.torque), cut(joint.target)});
   }
   for (const MeasuredBody& body : log.bodies) {
     part.bodies.push_back({body.body, cut(body.p_WB), cut(body.q_WB), cut(body.v_WB), cut(body.w_WB)});
@@ -120,7 +122,8 @@ std::string key_of(const MatchQuestion& question, const std::string& contender) 
                       config.held_out_share);
   for (const std::string& pattern : config.held_out) text += " " + pattern;
   for (const FitRequest& request : config.fit) {
-    text += fmt::format(" {}={}[{},{}]", request.parameter, request.fit, request.lower.value_or(0), request.upper.value_or(0));
+    text += fmt::format(" {}={}[{},{}]", request.parameter, request.fit, request.lower.value_or(0),
+                        request.upper.value_or(0));
   }
   for (const auto& [joint, gain] : config.stiffness) text += fmt::format(" kp:{}={}", joint, gain);
   for (const auto& [joint, gain] : config.damping) text += fmt::format(" kd:{}={}", joint, gain);
@@ -130,8 +133,8 @@ std::string key_of(const MatchQuestion& question, const std::string& contender) 
 // Of one held-out log everything that its figures are made of.
 struct Scored {
   size_t log = 0;
-  std::vector<WindowError> untuned, fitted, floor;          // of report windows
-  std::vector<WindowError> untuned_short, fitted_short;     // of fit windows
+  std::vector<WindowError> untuned, fitted, floor;              // of report windows
+  std::vector<WindowError> untuned_short, fitted_short;         // of fit windows
   std::vector<std::array<std::vector<WindowError>, 3>> phases;  // samples before, at, after the first impact
 };
 
@@ -219,7 +222,9 @@ class Matcher {
     answer.leave_one_out = question_.config.leave_one_out;
     answer.warnings = question_.warnings;
     for (size_t i = 0; i < question_.logs.size(); ++i) {
-      const auto in = [&](auto member) { return std::ranges::any_of(folds_, [&](const Fold& f) { return bool{(f.*member)[i]}; }); };
+      const auto in = [&](auto member) {
+        return std::ranges::any_of(folds_, [&](const Fold& f) { return bool{(f.*member)[i]}; });
+      };
       if (in(&Fold::training)) answer.training.push_back(question_.logs[i].name);
       if (in(&Fold::held_out)) answer.held_out.push_back(question_.logs[i].name);
     }
@@ -280,7 +285,8 @@ class Matcher {
       if (window.use != WindowUse::kReport) continue;
       perturbed[i] = job.windows.size();
       for (int k = 0; k < kPerturbed; ++k) {
-        job.windows.push_back(windows_.perturbed(window, question_.config.seed * 1000003 + i * 97 + static_cast<std::uint64_t>(k)));
+        job.windows.push_back(
+            windows_.perturbed(window, question_.config.seed * 1000003 + i * 97 + static_cast<std::uint64_t>(k)));
       }
     }
     Evaluator evaluator(std::move(job), question_.jobs, kLimitS, interrupts_);
@@ -307,7 +313,9 @@ class Matcher {
       options.budget = budget_;
       options.rough = windows_.whole();
       fs::create_directories(fs::path(question_.out) / "evaluations");
-      options.record = (fs::path(question_.out) / "evaluations" / fmt::format("{}-{}-{}.jsonl", name, f, key.substr(0, 12))).string();
+      options.record =
+          (fs::path(question_.out) / "evaluations" / fmt::format("{}-{}-{}.jsonl", name, f, key.substr(0, 12)))
+              .string();
       const int before = done_, rest = static_cast<int>(folds.size() - f) * budget_;
       options.progress = [&, before, rest](int done, int) { tell(before + done, done, rest); };
       const Fit found = fit(evaluator, question_.model, windows_, windows_of(WindowUse::kFit, folds[f].training),
@@ -378,10 +386,12 @@ class Matcher {
     const double spent_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
     ++told_;
     const auto contenders = static_cast<double>(question_.contenders.size());
-    const double share = (static_cast<double>(done_contenders_) +
-                          std::min(1.0, static_cast<double>(done) / std::max(1, rest))) / contenders;
+    const double share =
+        (static_cast<double>(done_contenders_) + std::min(1.0, static_cast<double>(done) / std::max(1, rest))) /
+        contenders;
     progress_(fmt::format("{} ({} of {}): {} candidates, about {} left", current_, done_contenders_ + 1,
-                          question_.contenders.size(), done, duration_label(spent_s * (1 - share) / std::max(share, 1e-3))));
+                          question_.contenders.size(), done,
+                          duration_label(spent_s * (1 - share) / std::max(share, 1e-3))));
   }
 
   void judge(std::vector<Raw>& raws, MatchAnswer& answer) const {
@@ -421,10 +431,10 @@ class Matcher {
           }
         }
         if (fitted.empty() && log.windows > 0) {
-          answer.unpredictable.push_back(
-              fmt::format("{}: over {} the noise of its first states grows beyond {:g} degrees", log.log,
-                          windows_.whole() ? "the whole motion" : fmt::format("{:g} s", question_.config.report_window_s),
-                          kUnpredictable));
+          answer.unpredictable.push_back(fmt::format(
+              "{}: over {} the noise of its first states grows beyond {:g} degrees", log.log,
+              windows_.whole() ? "the whole motion" : fmt::format("{:g} s", question_.config.report_window_s),
+              kUnpredictable));
           // then what fits are made of has to do
           untuned = scored.untuned_short, fitted = scored.fitted_short;
         }
@@ -451,7 +461,8 @@ class Matcher {
         continue;
       }
       std::vector<double> fitted, untuned;
-      for (const LogResult& log : result.logs) fitted.push_back(log.fitted.score()), untuned.push_back(log.untuned.score());
+      for (const LogResult& log : result.logs)
+        fitted.push_back(log.fitted.score()), untuned.push_back(log.untuned.score());
       result.score = bootstrap_mean(fitted, question_.config.seed);
       result.untuned_score = bootstrap_mean(untuned, question_.config.seed);
       warn(result);
@@ -481,10 +492,10 @@ class Matcher {
 
   static void warn(ContenderResult& result) {
     for (const std::string& name : result.fit.at_bound) {
-      result.warnings.push_back(
-          fmt::format("'{}' has ended at its bound: widen it with [fit] \"{}\" = [lower, upper], or keep the model's value "
-                      "with = false",
-                      name, name));
+      result.warnings.push_back(fmt::format(
+          "'{}' has ended at its bound: widen it with [fit] \"{}\" = [lower, upper], or keep the model's value "
+          "with = false",
+          name, name));
     }
     if (result.score.value > result.untuned_score.value) {
       result.warnings.push_back(
@@ -513,8 +524,8 @@ class Matcher {
     const double usual = median(scores);
     for (const auto& [log, score] : least) {
       if (score > kOdd * usual) {
-        answer.odd_logs.push_back(
-            fmt::format("{}: {:.3g} at best, {:.1f} times the median of the logs ({:.3g})", log, score, score / usual, usual));
+        answer.odd_logs.push_back(fmt::format("{}: {:.3g} at best, {:.1f} times the median of the logs ({:.3g})", log,
+                                              score, score / usual, usual));
       }
     }
   }
@@ -563,12 +574,14 @@ MatchAnswer match(const MatchQuestion& question, const std::function<void(const 
     for (const SpoiledSpan& spoiled : question.check.spoiled) {
       if (spoiled.span.to > cut) split.check.spoiled.push_back({1, spoiled.span, spoiled.reason});
     }
-    split.warnings.push_back(fmt::format(
-        "there is one log, '{}': its last {:.0f} % judge what was fitted to the rest, which tells less than another log",
-        log.name, 100 * share));
+    split.warnings.push_back(
+        fmt::format("there is one log, '{}': its last {:.0f} % judge what was fitted to the rest, which tells less "
+                    "than another log",
+                    log.name, 100 * share));
     return Matcher(split, progress).match();
   }
-  throw InputError(fmt::format("there is one motion, '{}', and a fit has to be judged by another one: give more logs", log.name));
+  throw InputError(
+      fmt::format("there is one motion, '{}', and a fit has to be judged by another one: give more logs", log.name));
 }
 
 std::vector<std::string> write_fitted_models(const MatchQuestion& question, const MatchAnswer& answer,

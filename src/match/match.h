@@ -58,7 +58,7 @@ struct ContenderResult {
   std::string contender;
   std::string failure;  // why there is no fit; "" where there is
   std::vector<Parameter> parameters;
-  Fit fit;                  // to the training logs; with leave_one_out to all of them
+  Fit fit;                      // to the training logs; with leave_one_out to all of them
   std::vector<LogResult> logs;  // held out
   std::vector<Phase> phases;
   Interval score, untuned_score;  // means over logs, bootstrap
@@ -83,8 +83,8 @@ struct MatchAnswer {
 // `progress` gets sentences. Throws InputError, SystemError (interrupted, a full disk).
 MatchAnswer match(const MatchQuestion& question, const std::function<void(const std::string&)>& progress);
 
-// The model with what was fitted, as CONTENDER.xml in `folder`, for each contender with a fit. Returns a sentence for each
-// that MJCF cannot hold. Throws SystemError.
+// The model with what was fitted, as CONTENDER.xml in `folder`, for each contender with a fit. Returns a sentence for
+// each that MJCF cannot hold. Throws SystemError.
 std::vector<std::string> write_fitted_models(const MatchQuestion& question, const MatchAnswer& answer,
                                              const std::string& folder);
 

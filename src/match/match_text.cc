@@ -72,8 +72,9 @@ Json match_json(const MatchQuestion& question, const MatchAnswer& answer) {
   json["model_hash"] = question.spec.hash;
   json["timestep_ms"] = question.timestep_ms;
   json["seed"] = question.config.seed;
-  json["windows"] = answer.whole ? Json("whole motions")
-                                 : Json{{"fit_s", question.config.fit_window_s}, {"report_s", question.config.report_window_s}};
+  json["windows"] = answer.whole
+                        ? Json("whole motions")
+                        : Json{{"fit_s", question.config.fit_window_s}, {"report_s", question.config.report_window_s}};
   json["held_out_by"] = answer.leave_one_out ? "leaving one out" : "logs";
   json["training"] = answer.training;
   json["held_out"] = answer.held_out;
@@ -146,9 +147,9 @@ Json match_json(const MatchQuestion& question, const MatchAnswer& answer) {
 Answer match_text(const MatchQuestion& question, const MatchAnswer& answer) {
   Answer text;
   text.part(fmt::format("{}: which contender moves as measured", question.model.name));
-  text.line(fmt::format("{} to fit, {} held out{}; timestep {} ms",
-                        counted(answer.training.size(), "log", "logs"), counted(answer.held_out.size(), "log", "logs"),
-                        answer.leave_one_out ? ", each once" : "", shortest(question.timestep_ms)));
+  text.line(fmt::format("{} to fit, {} held out{}; timestep {} ms", counted(answer.training.size(), "log", "logs"),
+                        counted(answer.held_out.size(), "log", "logs"), answer.leave_one_out ? ", each once" : "",
+                        shortest(question.timestep_ms)));
   for (const std::string& warning : answer.warnings) text.remark("warning", warning);
   const auto best = answer.contenders.begin();
   if (best != answer.contenders.end() && best->failure.empty()) {
@@ -161,9 +162,9 @@ Answer match_text(const MatchQuestion& question, const MatchAnswer& answer) {
     std::vector<std::string> row = {result.contender, text_of(mean_of(result.logs, &LogResult::fitted)),
                                     text_of(mean_of(result.logs, &LogResult::untuned)),
                                     text_of(mean_of(result.logs, &LogResult::floor)),
-                                    &result == &*best          ? "best"
-                                    : result.as_good_as_best   ? "as good"
-                                                               : fmt::format("+{:.2g}", result.behind_best->value)};
+                                    &result == &*best        ? "best"
+                                    : result.as_good_as_best ? "as good"
+                                                             : fmt::format("+{:.2g}", result.behind_best->value)};
     if (!answer.whole) row.insert(row.begin() + 2, text_of(mean_of(result.logs, &LogResult::fitted_short)));
     rows.push_back(std::move(row));
   }

@@ -1,8 +1,8 @@
 #include "match/optimiser.h"
 
 #include <array>
-#include <cstdlib>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <string_view>
 #include <unistd.h>
@@ -76,7 +76,8 @@ nlohmann::json Optimiser::next() {
     std::string words = read_to_end(errors_.get());
     while (!words.empty() && words.back() == '\n') words.pop_back();
     const size_t line = words.rfind('\n');
-    throw SystemError(fmt::format("the optimiser has ended: {}", line == std::string::npos ? words : words.substr(line + 1)));
+    throw SystemError(
+        fmt::format("the optimiser has ended: {}", line == std::string::npos ? words : words.substr(line + 1)));
   }
   nlohmann::json message = nlohmann::json::parse(std::string_view(received_).substr(0, end), nullptr, false);
   received_.erase(0, end + 1);

@@ -1,5 +1,5 @@
-// The optimiser as its caller sees it: a Python process of its own (optimiser.py has its protocol), which may read files
-// and write none.
+// The optimiser as its caller sees it: a Python process of its own (optimiser.py has its protocol), which may read
+// files and write none.
 #pragma once
 
 #include <string>

@@ -228,7 +228,8 @@ class Chooser {
       }
       case ChangeKind::kGround: {
         p.unit = "m";
-        const bool any = std::ranges::any_of(model_.shapes, [](const Shape& s) { return s.body == kWorld && s.collides; });
+        const bool any =
+            std::ranges::any_of(model_.shapes, [](const Shape& s) { return s.body == kWorld && s.collides; });
         if (!any) return refuse(fmt::format("the model '{}' has no shape of the world", model_.name));
         double reach = 0.05;
         for (size_t b = 0; b < model_.bodies.size(); ++b) {
@@ -239,7 +240,8 @@ class Chooser {
       }
       case ChangeKind::kEncoder:
         p.unit = unit("rad", "m");
-        number(p, 0, joint().is_slide() ? -0.01 : -0.2, joint().is_slide() ? 0.01 : 0.2, joint().is_slide() ? 1e-3 : 0.02);
+        number(p, 0, joint().is_slide() ? -0.01 : -0.2, joint().is_slide() ? 0.01 : 0.2,
+               joint().is_slide() ? 1e-3 : 0.02);
         return true;
       case ChangeKind::kGear:
         if (!scales_.driven) return refuse("nothing drives the joints in these logs");
@@ -277,7 +279,8 @@ class Chooser {
     const Setting* setting = nullptr;
     if (softness) {
       setting = setting_with_role(declared, SettingRole::kContactSoftness);
-      if (setting == nullptr) return refuse(fmt::format("{} has no setting for the softness of contacts", contender_.name));
+      if (setting == nullptr)
+        return refuse(fmt::format("{} has no setting for the softness of contacts", contender_.name));
     } else {
       std::vector<std::string> names;
       for (const Setting& each : declared) {
@@ -285,11 +288,13 @@ class Chooser {
         if (each.name == p.element) setting = &each;
       }
       if (setting == nullptr) {
-        return refuse(fmt::format("{} has no setting '{}'{}", contender_.name, p.element, did_you_mean(p.element, names)));
+        return refuse(
+            fmt::format("{} has no setting '{}'{}", contender_.name, p.element, did_you_mean(p.element, names)));
       }
     }
     const auto* own = std::get_if<double>(&contender_.settings.values.at(setting->name));
-    if (own == nullptr) return refuse(fmt::format("the setting '{}' of {} is no real number", setting->name, contender_.name));
+    if (own == nullptr)
+      return refuse(fmt::format("the setting '{}' of {} is no real number", setting->name, contender_.name));
     if (const std::string condition = missing_condition(*setting, contender_.settings); !condition.empty()) {
       return refuse(fmt::format("the setting '{}' of {} acts only with {}", setting->name, contender_.name, condition));
     }

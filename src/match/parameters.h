@@ -39,9 +39,9 @@ struct Parameter {
   std::string element;  // joint, body or setting
   int component = 0;    // of those with several
   std::string unit;
-  double nominal = 0;            // the model's
-  double lower = 0, upper = 0;   // inclusive
-  double step = 1;               // expected deviation, of the logarithm with `log`
+  double nominal = 0;           // the model's
+  double lower = 0, upper = 0;  // inclusive
+  double step = 1;              // expected deviation, of the logarithm with `log`
   bool log = false;
 
   double coordinate(double value) const;
@@ -50,17 +50,17 @@ struct Parameter {
 
 // What sizes parameters that the model has at zero.
 struct MotionScales {
-  std::vector<double> torque;   // by hinge and slide: what acts on it, Nm or N
-  std::vector<double> speed;    // rad/s or m/s
-  std::vector<bool> logged;     // whether it was measured
-  std::vector<bool> flying;     // by body: measured, and free
-  bool driven = false;          // torques or targets of a log act
-  bool drives = false;          // PD drives
+  std::vector<double> torque;  // by hinge and slide: what acts on it, Nm or N
+  std::vector<double> speed;   // rad/s or m/s
+  std::vector<bool> logged;    // whether it was measured
+  std::vector<bool> flying;    // by body: measured, and free
+  bool driven = false;         // torques or targets of a log act
+  bool drives = false;         // PD drives
 };
 MotionScales motion_scales(const Model& model, const std::vector<struct MeasuredLog>& logs, const MatchConfig& config);
 
-// Parameters that `requests` name, or a default set, for this contender. One that the contender or the model cannot have
-// is left out, with a sentence in `notes`, where it is of the default set or of all elements; else InputError.
+// Parameters that `requests` name, or a default set, for this contender. One that the contender or the model cannot
+// have is left out, with a sentence in `notes`, where it is of the default set or of all elements; else InputError.
 std::vector<Parameter> choose_parameters(const Model& model, const ResolvedContender& contender,
                                          const std::vector<FitRequest>& requests, const MotionScales& scales,
                                          std::vector<std::string>& notes);

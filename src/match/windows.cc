@@ -16,9 +16,9 @@ namespace assay::match {
 namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
-constexpr double kAroundStart = 0.03;  // s, to each side: what a joint's first state is found from
-constexpr size_t kLeastAround = 3;     // samples to each side
-constexpr size_t kLeastFlight = 6;     // samples
+constexpr double kAroundStart = 0.03;     // s, to each side: what a joint's first state is found from
+constexpr size_t kLeastAround = 3;        // samples to each side
+constexpr size_t kLeastFlight = 6;        // samples
 constexpr double kFinestSample = 0.0095;  // s: joints are compared about every 10 ms
 constexpr double kMillimetres = 1000;
 
@@ -99,8 +99,8 @@ Windows::Windows(const Model& model, const std::vector<MeasuredLog>& logs, const
       }
       continue;
     }
-    for (const auto& [use, length] : {std::pair(WindowUse::kFit, config.fit_window_s),
-                                      std::pair(WindowUse::kReport, config.report_window_s)}) {
+    for (const auto& [use, length] :
+         {std::pair(WindowUse::kFit, config.fit_window_s), std::pair(WindowUse::kReport, config.report_window_s)}) {
       for (const TimeSpan& span : log.rows) {
         // the first and last samples serve the first state
         size_t from = kLeastAround;
@@ -125,9 +125,10 @@ Windows::Windows(const Model& model, const std::vector<MeasuredLog>& logs, const
     windows_.back().use = WindowUse::kReport;
   }
   if (windows_.empty()) {
-    throw InputError(fmt::format("the logs have no stretch of {:g} s that can be used: give longer logs, or [windows] "
-                                 "fit_s in the configuration; assay match --check says what spoils them",
-                                 config.fit_window_s));
+    throw InputError(
+        fmt::format("the logs have no stretch of {:g} s that can be used: give longer logs, or [windows] "
+                    "fit_s in the configuration; assay match --check says what spoils them",
+                    config.fit_window_s));
   }
 }
 
@@ -264,8 +265,9 @@ std::vector<double> Windows::residuals(const Window& window, const MatchRun& run
       for (size_t k = 0; k < 3; ++k) {
         add(there ? 100 / body->size * (simulated[p + k] - window.measured[p + k]) : kLostPercent, kLostPercent);
       }
-      const Vec3 turn = there ? Vec3(kDegrees * rotation_between(quaternion(window.measured, q), quaternion(simulated, q)))
-                              : Vec3(Vec3::Constant(kLostDegrees));
+      const Vec3 turn =
+          there ? Vec3(kDegrees * rotation_between(quaternion(window.measured, q), quaternion(simulated, q)))
+                : Vec3(Vec3::Constant(kLostDegrees));
       for (int k = 0; k < 3; ++k) add(turn[k], 2 * kLostDegrees);
     }
   }

@@ -22,7 +22,7 @@ Quat turned(const Vec3& rotation) {
 // The line of least squares through each component: the value at 0, the slope, and the residuals' standard deviation.
 struct Line {
   Vec3 value = Vec3::Zero(), slope = Vec3::Zero();
-  double sd = 0;              // of a sample
+  double sd = 0;  // of a sample
   double value_sd = 0, slope_sd = 0;
 };
 

@@ -37,8 +37,8 @@ struct FirstFlight {
 };
 FirstFlight first_flight(const FlightSamples& samples, const Body& body, const Vec3& gravity);
 
-// How many of the samples, from the first one on, are free flight: those before the first one that is more than `factor`
-// times the noise off what the samples before it predict. At least `least`, or all that there are.
+// How many of the samples, from the first one on, are free flight: those before the first one that is more than
+// `factor` times the noise off what the samples before it predict. At least `least`, or all that there are.
 size_t flight_length(const FlightSamples& samples, const Body& body, size_t least, double factor = 6);
 
 // Rotation and angular velocity (world axes) after `duration` s without a torque, by Runge-Kutta 4 in steps of at most

@@ -68,7 +68,7 @@ class Match(AssayTest):
         (self.dir / "cache/assay").mkdir(parents=True, exist_ok=True)
         (self.dir / "cache/assay/python").symlink_to(environments)
 
-    def swings(self, damping=0.06, mass=0.5, noise=2e-4, count=3):
+    def swings(self, damping=0.06, mass=0.5, noise=5e-5, count=3):
         names = []
         for seed in range(1, count + 1):
             rows = swing(damping, mass, 4, 1.2, noise, seed)

@@ -16,7 +16,19 @@ namespace assay {
 namespace {
 
 // What a kind takes behind its sign of equality.
-enum class ValueForm { kOff, kNumber, kPositive, kInertia, kShift, kVector, kVectorOrNumber, kDelay, kDampers, kLaw, kText };
+enum class ValueForm {
+  kOff,
+  kNumber,
+  kPositive,
+  kInertia,
+  kShift,
+  kVector,
+  kVectorOrNumber,
+  kDelay,
+  kDampers,
+  kLaw,
+  kText
+};
 
 struct KindInfo {
   const char* name;
@@ -25,19 +37,31 @@ struct KindInfo {
 };
 
 // In the order of the enumeration.
-constexpr std::array<KindInfo, 25> kKinds = {
-    {{"contacts", ValueForm::kOff, false},      {"self_contacts", ValueForm::kOff, false},
-     {"friction", ValueForm::kNumber, false},   {"limits", ValueForm::kOff, true},
-     {"armature", ValueForm::kNumber, true},    {"damping", ValueForm::kNumber, true},
-     {"stiffness", ValueForm::kNumber, true},   {"dry_friction", ValueForm::kNumber, true},
-     {"mass", ValueForm::kPositive, true},      {"inertia", ValueForm::kInertia, true},
-     {"centre", ValueForm::kVector, true},      {"gravity", ValueForm::kVectorOrNumber, false},
-     {"ground", ValueForm::kShift, false},      {"encoder", ValueForm::kShift, true},
-     {"dampers", ValueForm::kDampers, false},   {"clamp", ValueForm::kOff, false},
-     {"delay", ValueForm::kDelay, false},       {"law", ValueForm::kLaw, false},
-     {"gear", ValueForm::kNumber, true},        {"drive_stiffness", ValueForm::kPositive, true},
-     {"drive_damping", ValueForm::kPositive, true}, {"order", ValueForm::kText, false},        {"contender", ValueForm::kText, false},
-     {"timestep", ValueForm::kPositive, false}, {"set", ValueForm::kText, true}}};
+constexpr std::array<KindInfo, 25> kKinds = {{{"contacts", ValueForm::kOff, false},
+                                              {"self_contacts", ValueForm::kOff, false},
+                                              {"friction", ValueForm::kNumber, false},
+                                              {"limits", ValueForm::kOff, true},
+                                              {"armature", ValueForm::kNumber, true},
+                                              {"damping", ValueForm::kNumber, true},
+                                              {"stiffness", ValueForm::kNumber, true},
+                                              {"dry_friction", ValueForm::kNumber, true},
+                                              {"mass", ValueForm::kPositive, true},
+                                              {"inertia", ValueForm::kInertia, true},
+                                              {"centre", ValueForm::kVector, true},
+                                              {"gravity", ValueForm::kVectorOrNumber, false},
+                                              {"ground", ValueForm::kShift, false},
+                                              {"encoder", ValueForm::kShift, true},
+                                              {"dampers", ValueForm::kDampers, false},
+                                              {"clamp", ValueForm::kOff, false},
+                                              {"delay", ValueForm::kDelay, false},
+                                              {"law", ValueForm::kLaw, false},
+                                              {"gear", ValueForm::kNumber, true},
+                                              {"drive_stiffness", ValueForm::kPositive, true},
+                                              {"drive_damping", ValueForm::kPositive, true},
+                                              {"order", ValueForm::kText, false},
+                                              {"contender", ValueForm::kText, false},
+                                              {"timestep", ValueForm::kPositive, false},
+                                              {"set", ValueForm::kText, true}}};
 
 const KindInfo& info(ChangeKind kind) { return kKinds.at(static_cast<size_t>(kind)); }
 
@@ -90,8 +114,9 @@ std::string complaint(ValueForm form, const std::string& value) {
       if (value.find(',') == std::string::npos) return complaint(ValueForm::kNumber, value);
       return number_list(value, 3).empty() ? "give a factor, +X to add X, off, or three numbers, as in 0,0,-9.81" : "";
     case ValueForm::kDelay:
-      return parse_integer(unsigned_text(value)) || time_of(value) ? ""
-                                                                    : "give a whole number of control steps, or a time, as in 4ms";
+      return parse_integer(unsigned_text(value)) || time_of(value)
+                 ? ""
+                 : "give a whole number of control steps, or a time, as in 4ms";
     case ValueForm::kDampers:
       return value == "explicit" ? "" : "write explicit";
     case ValueForm::kLaw:

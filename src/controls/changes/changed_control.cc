@@ -41,8 +41,9 @@ struct TorqueChange {
   int steps(double timestep_s) const {
     const double more = delay_s / timestep_s;
     if (std::abs(more - std::round(more)) > 1e-6 * std::max(1.0, more)) {
-      throw InputError(fmt::format("a delay of {:g} ms is not a whole number of steps of {:g} ms: give a multiple of it",
-                                   1e3 * delay_s, 1e3 * timestep_s));
+      throw InputError(
+          fmt::format("a delay of {:g} ms is not a whole number of steps of {:g} ms: give a multiple of it",
+                      1e3 * delay_s, 1e3 * timestep_s));
     }
     return delay + static_cast<int>(std::lround(more));
   }
@@ -178,10 +179,10 @@ std::unique_ptr<Control> changed_control(const Model& model, const ControlSpec& 
   torques.delay = policy ? 0 : delay;
   torques.delay_s = delay_s_of(changes);
   if (torques.delay < 0 || torques.delay_s < 0) {
-    throw InputError(fmt::format("a delay of {} is before the control '{}' itself",
-                                 torques.delay < 0 ? fmt::format("{} control steps", delay)
-                                                   : fmt::format("{:g} ms", 1e3 * torques.delay_s),
-                                 spec.kind));
+    throw InputError(fmt::format(
+        "a delay of {} is before the control '{}' itself",
+        torques.delay < 0 ? fmt::format("{} control steps", delay) : fmt::format("{:g} ms", 1e3 * torques.delay_s),
+        spec.kind));
   }
   for (const RunChange& change : changes) {
     if (change.kind == ChangeKind::kOrder) reorder(model, change, torques);

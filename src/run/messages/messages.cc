@@ -22,13 +22,11 @@ using nlohmann::json;
 // ---- the kinds, in the order of the variants ------------------------------------------------------------------------
 
 constexpr std::array<std::string_view, std::variant_size_v<Request>> kRequestKinds = {
-    "run",    "truth",   "pieces", "agreement",    "scaling", "conformance", "probe",
-    "timing", "prepare", "sample", "single-steps", "runs",    "batch",       "batch-sample",
-    "match",  "simulate"};
+    "run",     "truth",  "pieces",       "agreement", "scaling", "conformance",  "probe", "timing",
+    "prepare", "sample", "single-steps", "runs",      "batch",   "batch-sample", "match", "simulate"};
 constexpr std::array<std::string_view, std::variant_size_v<Reply>> kReplyKinds = {
-    "done",     "test",    "error",          "crash",          "ready",
-    "prepared", "sampled", "single-stepped", "batch-prepared", "batch-sampled",
-    "simulated"};
+    "done",    "test",           "error",          "crash",         "ready",    "prepared",
+    "sampled", "single-stepped", "batch-prepared", "batch-sampled", "simulated"};
 
 // ---- the fields of each message: one list, by which it is written and read --------------------------------------------
 

@@ -177,10 +177,10 @@ struct BatchJob {
 
 // What a log says of the joints' drives, by hinge and slide of the model; empty for a joint that nothing drives.
 struct MatchDrive {
-  std::vector<double> times;                  // s, ascending; in between numbers are interpolated
-  std::vector<std::vector<double>> torques;   // Nm, N, as measured
-  std::vector<std::vector<double>> targets;   // rad, m, of a drive
-  std::vector<double> stiffness, damping;     // of the drives, by joint
+  std::vector<double> times;                 // s, ascending; in between numbers are interpolated
+  std::vector<std::vector<double>> torques;  // Nm, N, as measured
+  std::vector<std::vector<double>> targets;  // rad, m, of a drive
+  std::vector<double> stiffness, damping;    // of the drives, by joint
 };
 
 // Samples of a free body from a window's start on, from which its first state follows for each candidate

@@ -69,19 +69,19 @@ class MatchSession {
     MatchSimulated simulated;
     for (const int index : command.windows) {
       const auto at = static_cast<size_t>(index);
-      if (index < 0 || at >= job_.windows.size()) throw SystemError("a session was sent a window that it does not have");
+      if (index < 0 || at >= job_.windows.size())
+        throw SystemError("a session was sent a window that it does not have");
       const MatchWindow& window = job_.windows[at];
       LogDrive drive;
       if (window.drive >= 0) {
         const MatchDrive& logged = job_.drives[static_cast<size_t>(window.drive)];
-        drive = {logged.times, logged.torques, logged.targets, logged.stiffness, logged.damping,
-                 gear,         window.start_s, delay_s};
+        drive = {logged.times,   logged.torques, logged.targets, logged.stiffness,
+                 logged.damping, gear,           window.start_s, delay_s};
         for (size_t j = 0; j < drive.stiffness.size(); ++j) drive.stiffness[j] *= stiffness[j];
         for (size_t j = 0; j < drive.damping.size(); ++j) drive.damping[j] *= damping[j];
       }
       subject.control = log_control(drive);
-      subject.free_running =
-          subject.control->is_zero() && !adapter_adds_torques(subject.model, subject.capabilities);
+      subject.free_running = subject.control->is_zero() && !adapter_adds_torques(subject.model, subject.capabilities);
       MatchRun run;
       try {
         if (simulated.runs.empty()) check_supported(subject, timestep_s_);
@@ -147,8 +147,8 @@ class MatchSession {
     }
   }
 
-  void take(const Subject& subject, const MatchWindow& window, const std::vector<FlightSamples>& flights,
-            MatchRun& run, double& engine_s) const {
+  void take(const Subject& subject, const MatchWindow& window, const std::vector<FlightSamples>& flights, MatchRun& run,
+            double& engine_s) const {
     Stepper stepper(subject, start_of(subject.model, window, flights), timestep_s_);
     State before = stepper.read();
     // times of a simulation are sums of its steps

@@ -51,11 +51,14 @@ TEST(Parameters, InertiaOfAnyCoordinatesIsABodys) {
 
 TEST(Parameters, BecomeChangesOfTheModel) {
   const Model model = load_model_text(kRobot, "robot");
-  const std::vector<Parameter> parameters = {
-      named("damping:pitch", ChangeKind::kDamping, "pitch", 0, 0.2), named("mass:lower", ChangeKind::kMass, "lower", 0, 0.7),
-      named("centre.y:lower", ChangeKind::kCentre, "lower", 1, 0),   named("gravity.x", ChangeKind::kGravity, "", 0, 0),
-      named("ground", ChangeKind::kGround, "", 0, 0),                named("encoder:pitch", ChangeKind::kEncoder, "pitch", 0, 0),
-      named("delay", ChangeKind::kDelay, "", 0, 0),                  named("friction", ChangeKind::kFriction, "", 0, 0.4)};
+  const std::vector<Parameter> parameters = {named("damping:pitch", ChangeKind::kDamping, "pitch", 0, 0.2),
+                                             named("mass:lower", ChangeKind::kMass, "lower", 0, 0.7),
+                                             named("centre.y:lower", ChangeKind::kCentre, "lower", 1, 0),
+                                             named("gravity.x", ChangeKind::kGravity, "", 0, 0),
+                                             named("ground", ChangeKind::kGround, "", 0, 0),
+                                             named("encoder:pitch", ChangeKind::kEncoder, "pitch", 0, 0),
+                                             named("delay", ChangeKind::kDelay, "", 0, 0),
+                                             named("friction", ChangeKind::kFriction, "", 0, 0.4)};
   const std::vector<double> values = {0.05, 1.4, 0.01, 0.3, -0.002, -0.1, 0.004, 0.2};
   const Candidate candidate = candidate_of(model, parameters, values);
   const Model changed = changed_model(model, parse_changes(change_texts(candidate.changes)));
@@ -112,7 +115,8 @@ TEST(ModelMjcf, IsReadBackAsTheSameRobot) {
     EXPECT_DOUBLE_EQ(is.armature, was.armature);
   }
   ASSERT_EQ(again.contacts.size(), model.contacts.size());
-  for (size_t c = 0; c < model.contacts.size(); ++c) EXPECT_DOUBLE_EQ(again.contacts[c].friction, model.contacts[c].friction);
+  for (size_t c = 0; c < model.contacts.size(); ++c)
+    EXPECT_DOUBLE_EQ(again.contacts[c].friction, model.contacts[c].friction);
   ASSERT_EQ(again.actuators.size(), 1u);
   EXPECT_DOUBLE_EQ(again.actuators[0].gain, 30);
   EXPECT_EQ(again.actuators[0].bias, model.actuators[0].bias);

@@ -20,7 +20,8 @@ Body slab() {
 }
 
 // Poses of the body's frame in free flight from `start`.
-FlightSamples flight(const Body& body, const BodyState& start, const Vec3& gravity, int count, double dt, double noise) {
+FlightSamples flight(const Body& body, const BodyState& start, const Vec3& gravity, int count, double dt,
+                     double noise) {
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal;
   FlightSamples samples;
