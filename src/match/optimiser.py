@@ -199,8 +199,8 @@ class Information:
         # at a bound only the way inside is open, and it does not vary
         lower, upper = problem.lower[problem.free], problem.upper[problem.free]
         margin = 1e-3 * width
-        self.steps = self.bootstrap(problem.task["resamples"], problem.task["seed"])
         self.at_bound = (solution < lower + margin) | (solution > upper - margin)
+        self.steps = self.bootstrap(problem.task["resamples"], problem.task["seed"])
 
     def prior(self):
         """Curvature that stands for the bounds: an even distribution between them."""
@@ -208,13 +208,25 @@ class Information:
 
     def weakest(self, widest):
         """The direction that the data determine least, where its interval is wider than `widest` of its size."""
-        values, vectors = np.linalg.eigh(self.curvature)
+        # what is at a bound has no interval to both sides: the others vary with it where it is
+        inside = np.flatnonzero(~self.at_bound)
+        if not len(inside):
+            return None
+        values, vectors = np.linalg.eigh(self.curvature[np.ix_(inside, inside)])
         values = np.maximum(values, 1e-13 * max(values.max(), 1e-30))
-        # over clusters, and as if all residuals were independent: few clusters may agree by chance
-        low, high = np.quantile((self.steps / self.size) @ vectors, [0.025, 0.975], axis=0)
-        intervals = np.minimum(np.maximum(high - low, 2 * Z95 * np.sqrt(self.variance / values)), 1e6)
+        # as if all residuals were independent, because few clusters may agree by chance; and over clusters
+        independent = 2 * Z95 * np.sqrt(self.variance / values)
+        steps = (self.steps / self.size)[:, inside]
+        axes = np.linalg.eigh(np.cov(steps.T, ddof=1).reshape(len(inside), len(inside)))[1]
+        low, high = np.quantile(steps @ axes, [0.025, 0.975], axis=0)
+        vectors = np.hstack([vectors, axes])
+        intervals = np.minimum(np.concatenate([independent, high - low]), 1e6)
         worst = int(np.argmax(intervals))
-        return (vectors[:, worst], float(intervals[worst])) if intervals[worst] > widest else None
+        if intervals[worst] <= widest:
+            return None
+        direction = np.zeros(len(self.size))
+        direction[inside] = vectors[:, worst]
+        return direction, float(intervals[worst])
 
     def bootstrap(self, resamples, seed):
         """Solutions of resampled clusters by one Newton step each, from the solution."""

@@ -85,8 +85,8 @@ void turn_freely(const Mat3& I_BBcm_B, double duration, Quat& q_WB, Vec3& w_WB) 
   Vec3 w = q_WB.conjugate() * w_WB;
   for (int i = 0; i < steps; ++i) {
     const Vec3 k1 = rate(w), k2 = rate(w + 0.5 * h * k1), k3 = rate(w + 0.5 * h * k2), k4 = rate(w + h * k3);
-    const Vec3 middle = w + (0.5 * h * k1);
     const Vec3 after = w + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+    const Vec3 middle = 0.5 * (w + after) + h / 8 * (k1 - rate(after));
     // Simpson's mean of the rates, with Magnus' second term for that they do not commute
     const Vec3 turn = h / 6 * (w + 4 * middle + after) - h * h / 12 * after.cross(w);
     q_WB = (q_WB * turned(turn)).normalized();
@@ -114,24 +114,49 @@ FirstFlight first_flight(const FlightSamples& samples, const Body& body, const V
   if (n < 2) return first;
   first.state.w_WB = (samples.q_WB.front() * rotation_vector(samples.q_WB.front().conjugate() * samples.q_WB[1])) /
                      (samples.times[1] - samples.times.front());
-  constexpr int kIterations = 6;
-  Line turn;
-  for (int iteration = 0; iteration < kIterations; ++iteration) {
-    std::vector<Vec3> errors(n);
-    Quat q = first.state.q_WB;
-    Vec3 w = first.state.w_WB;
+  // Gauss and Newton: rotations of the start turn the whole motion, angular velocities change it
+  const auto errors = [&](const Quat& start, const Vec3& rate) {
+    Eigen::VectorXd found(3 * static_cast<Eigen::Index>(n));
+    Quat q = start;
+    Vec3 w = rate;
     double at = 0;
     for (size_t i = 0; i < n; ++i) {
       turn_freely(body.I_BBcm_B, samples.times[i] - at, q, w);
       at = samples.times[i];
-      const Quat off = q.conjugate() * samples.q_WB[i];
-      errors[i] = q * rotation_vector(off.w() < 0 ? Quat(-off.w(), -off.x(), -off.y(), -off.z()) : off);
+      Quat off = samples.q_WB[i] * q.conjugate();
+      if (off.w() < 0) off.coeffs() *= -1;
+      found.segment<3>(3 * static_cast<Eigen::Index>(i)) = rotation_vector(off);
     }
-    turn = line_through(samples.times, errors);
-    first.state.q_WB = (turned(turn.value) * first.state.q_WB).normalized();
-    first.state.w_WB += turn.slope;
+    return found;
+  };
+  const auto moved = [&](const Eigen::Matrix<double, 6, 1>& by) {
+    const Quat turn = turned(by.head<3>());
+    return errors((turn * first.state.q_WB).normalized(), turn * first.state.w_WB + by.tail<3>());
+  };
+  constexpr int kIterations = 6;
+  constexpr double kDifference = 1e-4, kSmallest = 1e-12;
+  Eigen::MatrixXd slopes(3 * static_cast<Eigen::Index>(n), 6);
+  Eigen::VectorXd left;
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    if (iteration < 2) {  // from there on it hardly changes
+      for (int k = 0; k < 6; ++k) {
+        const Eigen::Matrix<double, 6, 1> by = kDifference * Eigen::Matrix<double, 6, 1>::Unit(k);
+        slopes.col(k) = (moved(by) - moved(-by)) / (2 * kDifference);
+      }
+    }
+    left = errors(first.state.q_WB, first.state.w_WB);
+    const Eigen::Matrix<double, 6, 1> step = (slopes.transpose() * slopes).ldlt().solve(-slopes.transpose() * left);
+    if (!step.allFinite()) break;
+    const Quat turn = turned(step.head<3>());
+    first.state.q_WB = (turn * first.state.q_WB).normalized();
+    first.state.w_WB = turn * first.state.w_WB + step.tail<3>();
+    if (step.norm() < kSmallest) break;
   }
-  first.rotation_sd = turn.sd, first.q_sd = turn.value_sd, first.w_sd = turn.slope_sd;
+  if (n < 3) return first;
+  first.rotation_sd = left.norm() / std::sqrt(static_cast<double>((3 * n) - 6));
+  const Eigen::MatrixXd covariance = (slopes.transpose() * slopes).inverse();
+  first.q_sd = first.rotation_sd * std::sqrt(covariance.topLeftCorner<3, 3>().trace() / 3);
+  first.w_sd = first.rotation_sd * std::sqrt(covariance.bottomRightCorner<3, 3>().trace() / 3);
   return first;
 }
 

@@ -16,13 +16,13 @@ PENDULUM = """<mujoco model="pendulum">
   <worldbody>
     <body name="link" pos="0 0 1">
       <joint name="hinge" axis="0 1 0" damping="{damping}"/>
-      <inertial pos="0 0 -0.4" mass="{mass}" diaginertia="0.01 0.01 0.001"/>
+      <inertial pos="0 0 -0.4" mass="{mass}" diaginertia="{inertia} {inertia} 0.001"/>
       <geom type="capsule" fromto="0 0 0 0 0 -0.5" size="0.01" contype="0" conaffinity="0"/>
     </body>
   </worldbody>
 </mujoco>
 """
-CENTRE, INERTIA, GRAVITY = 0.4, 0.01, 9.81
+CENTRE, INERTIA_OF_MASS, GRAVITY = 0.4, 0.02, 9.81  # the inertia about the centre scales with the mass, as in a fit
 
 CUBE = """<mujoco model="cube">
   <worldbody>
@@ -37,9 +37,13 @@ CUBE = """<mujoco model="cube">
 """
 
 
+def pendulum(damping, mass):
+    return PENDULUM.format(damping=damping, mass=mass, inertia=mass * INERTIA_OF_MASS)
+
+
 def swing(damping, mass, seconds, push, noise, seed, rate=200):
     """Position and torque of a driven pendulum by Runge-Kutta 4 of its equation: no engine takes part."""
-    inertia = INERTIA + mass * CENTRE * CENTRE
+    inertia = mass * INERTIA_OF_MASS + mass * CENTRE * CENTRE
     torque = lambda t: push * math.sin(2.7 * t) + 0.3 * push * math.sin(7.1 * t + seed)
     def slope(t, q, v):
         return v, (torque(t) - damping * v - mass * GRAVITY * CENTRE * math.sin(q)) / inertia
@@ -83,7 +87,7 @@ class Match(AssayTest):
         return next(p for p in contender["parameters"] if p["name"] == name)
 
     def test_known_truth_of_a_pendulum(self):
-        self.write("pendulum.xml", PENDULUM.format(damping=0.02, mass=0.4))
+        self.write("pendulum.xml", pendulum(damping=0.02, mass=0.4))
         logs = self.swings()
         names = [name for name in ("mujoco-rk4", "ode-step") if name in self.contenders()]
         found = self.matched("pendulum.xml", "--log", *logs, "--contenders", ",".join(names), "--fit", "damping", "--fit", "mass")
@@ -102,11 +106,11 @@ class Match(AssayTest):
 
     def test_what_logs_do_not_determine_is_named(self):
         # all torques scale with mass, gear and damping: without gravity's own scale nothing tells them apart
-        self.write("pendulum.xml", PENDULUM.format(damping=0.06, mass=0.5).replace("<worldbody>", '<option gravity="0 0 0"/><worldbody>'))
+        self.write("pendulum.xml", pendulum(damping=0.06, mass=0.5).replace("<worldbody>", '<option gravity="0 0 0"/><worldbody>'))
         names = []
         for seed in (1, 2, 3):
             rows, q, v = [], 0.0, 0.0
-            inertia = INERTIA + 0.5 * CENTRE * CENTRE
+            inertia = 0.5 * INERTIA_OF_MASS + 0.5 * CENTRE * CENTRE
             for i in range(801):
                 t = i / 200
                 u = 0.3 * math.sin(3 * t + seed)
@@ -123,7 +127,7 @@ class Match(AssayTest):
         self.assertIn("gear:hinge", contender["not_identified"][0]["members"])
 
     def test_the_same_seed_gives_the_same_answer_and_a_kill_loses_nothing(self):
-        self.write("pendulum.xml", PENDULUM.format(damping=0.02, mass=0.4))
+        self.write("pendulum.xml", pendulum(damping=0.02, mass=0.4))
         arguments = ["pendulum.xml", "--log", *self.swings(count=2), "--contenders", "mujoco-euler,mujoco-rk4", "--fit", "damping"]
         once = self.matched(*arguments, out="once")
         running = self.start_assay("match", *arguments, "--out", "killed")
@@ -156,7 +160,7 @@ class Match(AssayTest):
         self.assertLess(contender["held_out"]["position_percent"], 2)
 
     def test_what_cannot_be_fitted_is_refused(self):
-        self.write("pendulum.xml", PENDULUM.format(damping=0.02, mass=0.4))
+        self.write("pendulum.xml", pendulum(damping=0.02, mass=0.4))
         log = self.swings(count=1)[0]
         for arguments, words in [
             (["--fit", "dampin"], ["dampin", "damping"]),
