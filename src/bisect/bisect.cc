@@ -50,8 +50,8 @@ class Search {
 
 }  // namespace
 
-Course find_course(size_t count, bool quick, double noise, const RunReleases& run, const ReleaseDistance& distance) {
-  Course course;
+ReleaseCourse find_course(size_t count, bool quick, double noise, const RunReleases& run, const ReleaseDistance& distance) {
+  ReleaseCourse course;
   if (count == 0) return course;
   Search search(count, run);
   if (quick) {

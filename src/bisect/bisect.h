@@ -31,7 +31,7 @@ struct ReleaseChange {
   bool beyond_noise = false;
 };
 
-struct Course {
+struct ReleaseCourse {
   std::vector<ReleaseResult> results;  // by release; those that were not run have no bits and no failure
   std::vector<ReleaseGroup> groups;
   std::vector<ReleaseChange> changes;
@@ -45,6 +45,6 @@ using ReleaseDistance = std::function<double(size_t a, size_t b)>;
 // `count` releases from old to new. With `quick` not all of them are run: where two end in the same bits, those between
 // are taken to do so, too. `noise` is how far repetitions of one release are apart: changes up to it are none. Where it
 // is 0 other bits alone make a group.
-Course find_course(size_t count, bool quick, double noise, const RunReleases& run, const ReleaseDistance& distance);
+ReleaseCourse find_course(size_t count, bool quick, double noise, const RunReleases& run, const ReleaseDistance& distance);
 
 }  // namespace assay

@@ -19,7 +19,7 @@ struct Releases {
   std::vector<double> levels;
   std::set<size_t> run = {};
 
-  Course course(bool quick, double noise = 0) {
+  ReleaseCourse course(bool quick, double noise = 0) {
     const RunReleases make = [this](const std::vector<size_t>& which) {
       std::vector<ReleaseResult> results;
       for (const size_t i : which) {
@@ -34,14 +34,14 @@ struct Releases {
   }
 };
 
-std::vector<std::pair<size_t, size_t>> ends(const Course& course) {
+std::vector<std::pair<size_t, size_t>> ends(const ReleaseCourse& course) {
   std::vector<std::pair<size_t, size_t>> found;
   for (const ReleaseChange& change : course.changes) found.emplace_back(change.before, change.after);
   return found;
 }
 
 TEST(Bisect, NeighboursWithTheSameBitsAreOneGroup) {
-  const Course course = Releases{{1, 1, 2, 2, 2, 1}}.course(false);
+  const ReleaseCourse course = Releases{{1, 1, 2, 2, 2, 1}}.course(false);
   EXPECT_THAT(ends(course), ElementsAre(std::pair(1, 2), std::pair(4, 5)));
   ASSERT_THAT(course.groups, SizeIs(3));
   EXPECT_EQ(course.groups[1].first, 2U);
@@ -51,13 +51,13 @@ TEST(Bisect, NeighboursWithTheSameBitsAreOneGroup) {
 }
 
 TEST(Bisect, RepetitionsOfOneReleaseHaveNoChange) {
-  const Course course = Releases{std::vector<double>(20, 3.0)}.course(false);
+  const ReleaseCourse course = Releases{std::vector<double>(20, 3.0)}.course(false);
   EXPECT_THAT(course.changes, IsEmpty());
   EXPECT_THAT(course.groups, SizeIs(1));
 }
 
 TEST(Bisect, WhatOneReleaseScattersIsNoChange) {
-  const Course course = Releases{{1, 1.01, 0.99, 2, 2.02}}.course(false, 0.1);
+  const ReleaseCourse course = Releases{{1, 1.01, 0.99, 2, 2.02}}.course(false, 0.1);
   EXPECT_THAT(ends(course), ElementsAre(std::pair(2, 3)));
 }
 
@@ -65,7 +65,7 @@ TEST(Bisect, HalvesFindEveryChangeWithFewerRuns) {
   std::vector<double> levels(26, 1);
   std::fill(levels.begin() + 9, levels.end(), 2);
   Releases releases{levels};
-  const Course course = releases.course(true);
+  const ReleaseCourse course = releases.course(true);
   EXPECT_THAT(ends(course), ElementsAre(std::pair(8, 9)));
   EXPECT_LE(releases.run.size(), 8U);
   EXPECT_TRUE(course.groups[0].inferred);
@@ -73,7 +73,7 @@ TEST(Bisect, HalvesFindEveryChangeWithFewerRuns) {
 
 TEST(Bisect, ReleasesThatCannotBeUsedWidenTheInterval) {
   for (const bool quick : {false, true}) {
-    const Course course = Releases{{1, 1, -1, -1, 2, 2}}.course(quick);
+    const ReleaseCourse course = Releases{{1, 1, -1, -1, 2, 2}}.course(quick);
     EXPECT_THAT(ends(course), ElementsAre(std::pair(1, 4))) << quick;
   }
   EXPECT_THAT(ends(Releases{{-1, 1, 1, 2, -1}}.course(true)), ElementsAre(std::pair(2, 3)));
