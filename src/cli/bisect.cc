@@ -63,7 +63,7 @@ struct Explained {
   std::optional<Interval> slower;  // the newer's time of a step over the older's
 };
 
-std::string metres(double gap) { return gap == 0 ? "0" : gap < 1e-9 ? "< 1 nm" : quantity_text(gap, "m"); }
+std::string distance_text(double gap) { return gap == 0 ? "0" : gap < 1e-9 ? "< 1 nm" : quantity_text(gap, "m"); }
 
 // ---- what is compared ---------------------------------------------------------------------------------------------------
 
@@ -192,12 +192,12 @@ void add_change(const std::string& robot, const ResolvedContender& contender, co
   const ReleaseValues &was = measured[of.change.before].values, &is = measured[of.change.after].values;
   answer.part(fmt::format("{} to {}: {}", before, after, of.rounding ? "rounding" : "the motion changed"));
   answer.fact("motion", fmt::format("bodies {} apart in the mean until they are {} apart, one of them {} at most",
-                                    metres(of.size.mean), quantity_text(kFarMetres, "m", 2), metres(of.size.largest)));
+                                    distance_text(of.size.mean), quantity_text(kFarMetres, "m", 2), distance_text(of.size.largest)));
   if (!of.rounding) {
     answer.fact("energy at the end", fmt::format("{:.6g} to {:.6g} J", was.energy, is.energy));
     if (was.contacts > 0 || is.contacts > 0) {
       answer.fact("touching pairs", fmt::format("{:.3g} to {:.3g} in the mean", was.contacts, is.contacts));
-      answer.fact("penetration", fmt::format("{} to {}", metres(was.penetration), metres(is.penetration)));
+      answer.fact("penetration", fmt::format("{} to {}", distance_text(was.penetration), distance_text(is.penetration)));
     }
     if (was.limit > 0 || is.limit > 0) {
       answer.fact("beyond limits", fmt::format("{:.3g} to {:.3g} rad", was.limit, is.limit));
@@ -223,8 +223,9 @@ void add_change(const std::string& robot, const ResolvedContender& contender, co
   }
   for (size_t i = 0; i < of.restored.size() && i < 3; ++i) {
     const Restoring& each = of.restored[i];
-    answer.fact(i == 0 ? "as before" : "", fmt::format("with --set {} in {} {} is left{}", each.setting, after,
-                                                       metres(each.left), each.same_bits ? ": the same bits" : ""));
+    answer.fact(i == 0 ? "as before" : "",
+                fmt::format("with --set {} in {} {} is left{}", each.setting, after, distance_text(each.left),
+                            each.same_bits ? ": the same bits" : ""));
   }
   if (!of.rounding && of.restored.empty()) answer.fact("as before", "no setting alone brings half of it back");
   if (const std::string place = changelog_of(contender.engine->name(), after); !place.empty()) {
@@ -394,13 +395,13 @@ int run_bisect(const BisectOptions& options) {
                           counted(static_cast<size_t>(question.starts), "start", "starts"),
                           shortest(question.seconds()), timestep_label(question.timestep_ms),
                           noise == 0 ? "repetitions of a release end in the same bits"
-                                     : fmt::format("repetitions of a release are {} apart", metres(noise))));
+                                     : fmt::format("repetitions of a release are {} apart", distance_text(noise))));
   std::vector<std::vector<std::string>> rows;
   for (const ReleaseGroup& group : course.groups) {
     const ReleaseValues& values = measured[group.first].values;
     rows.push_back({group_text(stages, group), fmt::format("{}", group.last - group.first + 1),
                     fmt::format("{:.6g}", values.energy), fmt::format("{:.3g}", values.contacts),
-                    metres(values.penetration), group.inferred ? "ends alike, not all run" : "same bits"});
+                    distance_text(values.penetration), group.inferred ? "ends alike, not all run" : "same bits"});
   }
   answer.table({"releases", "number", "energy at the end (J)", "touching pairs", "penetration", ""}, std::move(rows),
                {1, 2, 3});
