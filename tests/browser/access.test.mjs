@@ -225,6 +225,7 @@ test("the address keeps what was chosen, and restores it", async () => {
   await page.close();
 
   const again = await browser.newPage();
+  again.setDefaultTimeout(0);
   await again.setViewport({ width: 1400, height: 900 });
   await again.emulateMediaFeatures([{ name: "prefers-reduced-motion", value: "reduce" }]);
   await again.goto(address, { waitUntil: "load" });

@@ -11,7 +11,7 @@ import { after, before, test } from "node:test";
 import { promisify } from "node:util";
 
 import { launch } from "../../web/browser.mjs";
-import { axeFindings, dataIn, openReport } from "./page.mjs";
+import { axeFindings, dataIn, keepOneOfEachKind, openReport } from "./page.mjs";
 
 const work = mkdtempSync(join(tmpdir(), "assay-questions-"));
 const kWindows = { desktop: { width: 1280, height: 800 }, phone: { width: 390, height: 844, phone: true } };
@@ -144,6 +144,7 @@ for (const [name, window] of Object.entries(kWindows)) {
           const screens = (await opened.page.evaluate(() => document.documentElement.scrollHeight)) / window.height;
           assert.ok(screens <= kMostScreens, `${screens} screens`);
         }
+        await keepOneOfEachKind(opened.page);
         assert.deepEqual(await axeFindings(opened.page, "html", dark ? ["color-contrast", "link-in-text-block"] : null), []);
         await close(opened);
       }
