@@ -621,8 +621,12 @@ class Checker {
     const std::vector<Balance> balances = balancer_.balances(log, kDegree);
     double given = 0, turned = 0;
     for (size_t j = 0; j < balances.size(); ++j) {
+      const Explained as_degrees = explained(balances[j], torques);
       given += as_given[j].share;
-      turned += explained(balances[j], torques).share;
+      turned += as_degrees.share;
+      // degrees give gravity the weight that the model says; a push that turns a joint far does not
+      constexpr double kLeast = 0.3, kMost = 3;
+      if (rms(balances[j].still) > 0 && (as_degrees.weight < kLeast || as_degrees.weight > kMost)) return false;
     }
     const auto joints = static_cast<double>(balances.size());
     constexpr double kGood = 0.6, kBetter = 0.15;

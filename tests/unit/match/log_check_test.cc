@@ -35,9 +35,9 @@ MeasuredLog swing(const std::function<double(double)>& torque, const std::functi
   MeasuredJoint joint;
   double v = 0;
   constexpr double kStep = 1e-4;
-  for (int i = 0; i < 80'000; ++i) {
+  for (int i = 0; i < 60'000; ++i) {
     const double t = i * kStep;
-    if (i % 20 == 0) {
+    if (i % 50 == 0) {
       log.time.push_back(t);
       log.line.push_back(log.time.size() + 1);
       joint.position.push_back(q + 2e-4 * noise(random));
@@ -60,10 +60,8 @@ MeasuredLog clean() { return swing(sines, nothing); }
 std::set<std::string> kinds(const MeasuredLog& log, FindingSeverity worst = FindingSeverity::kWarning) {
   const Model model = load_model_text(kPendulum, "pendulum");
   std::set<std::string> found;
-  // twice, as one log alone is a finding
-  MeasuredLog other = log;
-  other.name = "other";
-  for (const LogFinding& finding : check_logs(model, MatchConfig(), {log, other}).findings) {
+  for (const LogFinding& finding : check_logs(model, MatchConfig(), {log}).findings) {
+    if (finding.kind == "one log") continue;
     if (finding.severity <= worst) found.insert(finding.kind);
   }
   return found;
@@ -112,17 +110,17 @@ TEST(LogCheck, FindsHands) {
 
 TEST(LogCheck, FindsGapsGlitchesAndRest) {
   MeasuredLog log = clean();
-  for (size_t i = 2000; i < log.samples(); ++i) log.time[i] += 0.4;
+  for (size_t i = 600; i < log.samples(); ++i) log.time[i] += 0.4;
   EXPECT_THAT(kinds(log), Contains("gap"));
   log = clean();
   for (size_t i = 50; i < log.samples(); i += 100) log.joints[0].torque[i] += 5;
   EXPECT_THAT(kinds(log, FindingSeverity::kRemark), Contains("glitches"));
   EXPECT_THAT(kinds(log), Not(Contains("glitches")));
   log = clean();
-  for (size_t i = 1000; i < 2000; ++i) log.joints[0].position[i] = log.joints[0].position[1000];
+  for (size_t i = 400; i < 700; ++i) log.joints[0].position[i] = log.joints[0].position[400];
   EXPECT_THAT(kinds(log, FindingSeverity::kRemark), Contains("rest"));
   log = clean();
-  scale(log.joints[0].position, 0.01);
+  scale(log.joints[0].position, 0.003);
   EXPECT_THAT(kinds(log), Contains("excitation"));
 }
 
