@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Compares the reference solution and contenders with Pinocchio on every robot that loads, without contacts.
 
-    benchmarks/against_pinocchio.py PROGRAM [FILE...] [--page docs/robots.md] [--jobs N]
+    benchmarks/against_pinocchio.py PROGRAM [FILE...] [--page docs/lab/robots.md] [--jobs N]
 
 PROGRAM is build/release/bin/assay_swing_states. FILEs are robots (default: all that `./assay robots` fetched). Run it with a
 Python that has the packages of setup/pip/pinocchio.txt. Each robot starts with seeded joint rates and moves freely for 0.25 s,

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The largest timestep that holds the grasp's object, against the bound of an explicit damper.
 
-    benchmarks/grasp_damper.py ASSAY [--out DIR] [--page docs/self-consistency.md] [--jobs N]
+    benchmarks/grasp_damper.py ASSAY [--out DIR] [--page docs/lab/self-consistency.md] [--jobs N]
 
 Varies the damping B of the fingers and their armature, measures at which timesteps each contender holds the object, and
 compares the largest with the bound 2 I / B that `assay check` computes from the model. I is what the damper of the smallest

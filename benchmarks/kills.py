@@ -3,7 +3,7 @@
 what a fault costs.
 
     cmake --build --preset release --target assay assay-engine-slowed
-    benchmarks/kills.py build/release [--kills 50] [--page docs/reliability.md]
+    benchmarks/kills.py build/release [--kills 50] [--page docs/lab/reliability.md]
 
 Each of the campaigns with killed parents is killed once or more often and then finished by the same command; each with killed
 workers ends by itself. Accuracy values have to be equal bit by bit, timings have to be there. It prints a table, or replaces that of a page.

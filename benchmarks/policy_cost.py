@@ -5,7 +5,7 @@
 
 The quadruped's policy with its hidden layers widened by zeros, so that it walks as it did, in `assay simulate --time`. Of each
 contender's runs the one whose engine and policy took the least time together counts, because other work on the machine only adds. Prints the table of
-docs/sim2sim.md.
+docs/lab/policies.md.
 """
 
 import argparse

@@ -10,7 +10,7 @@ recomputed; status 1 when one differs. The standard library of Python is all tha
     samples   the stored values that follow from stored samples: step times, self-consistency errors, scaling, means over states
     values    the stored values that follow from other stored values: timesteps that hold, observed orders, ...
     states    the stored values that follow from stored states: agreement, separation, slip, joint position errors
-    page      the figures of a page (docs/claims.md): every ratio, slope, exponent and timestep in its blocks
+    page      the figures of a page (docs/lab/claims.md): every ratio, slope, exponent and timestep in its blocks
     export    each row of the exported values (values.csv)
     sentences what pages say in words: "the fastest", "none", "each engine" (tests/statements.py)
 

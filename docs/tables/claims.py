@@ -153,7 +153,7 @@ def blocks(program, results):
 def add_arguments(parser):
     parser.add_argument("program", metavar="ASSAY")
     parser.add_argument("results", type=pathlib.Path)
-    parser.add_argument("--page", type=pathlib.Path, default=DOCS / "claims.md")
+    parser.add_argument("--page", type=pathlib.Path, default=DOCS / "lab/claims.md")
 
 
 def update(options):

@@ -45,7 +45,7 @@ SYSTEMS = {
     "box-stack": ("five boxes in a stack", "rest: the loads' centres lie within the faces", "statics"),
     "grip-holds": ("two fingers on springs hold a box", "rest: 2 µ N is more than the weight", "statics"),
     "grip-slips": ("the same with less friction: the box slips", "constant acceleration g - 2 µ N / m", "Coulomb's law"),
-    "four-bar": ("a loop of four bars, without contact", "the [reference solution](methodology.md#error-against-the-reference-solution-smooth-systems)",
+    "four-bar": ("a loop of four bars, without contact", "the [reference solution](../methodology.md#error-against-the-reference-solution-smooth-systems)",
                  "Kane's equations with the loop held closed")}
 
 
@@ -153,14 +153,15 @@ def table_of(errors, systems, of_cell):
 def event_tables(errors):
     has = [system for systems in TABLES.values() for system in systems
            if any("missed_events" in values for (of, *_), values in errors.value.items() if of == system)]
-    return table_of(errors, has, event_cell)
+    return table_of(errors, has, event_cell) if has else ""  # a run of before event times
 
 
 def impulse_tables(errors):
     parts = []
     for title, systems in TABLES.items():
         has = [system for system in systems if any("normal_impulse_error" in values for (of, *_), values in errors.value.items() if of == system)]
-        parts.append(f"{title[0].upper()}{title[1:]}:\n\n" + table_of(errors, has, impulse_cell))
+        if has:
+            parts.append(f"{title[0].upper()}{title[1:]}:\n\n" + table_of(errors, has, impulse_cell))
     return "\n".join(parts)
 
 
@@ -184,7 +185,7 @@ def systems(errors):
     for system, (what, how, source) in SYSTEMS.items():
         facts = errors.facts[system]
         solution = f"`{facts['solution']}`" if "solution" in facts else "smooth"
-        rows.append([f"[`{system}`](../models/{facts['model']})", f"{facts['duration_s']:g} s", what, solution, how, source])
+        rows.append([f"[`{system}`](../../models/{facts['model']})", f"{facts['duration_s']:g} s", what, solution, how, source])
     return table(["system", "length", "what moves", "solution", "what is exact", "after"], rows)
 
 
@@ -346,7 +347,7 @@ def figure(errors, path):
 
 def add_arguments(parser):
     parser.add_argument("results", metavar="RESULTS", type=pathlib.Path)
-    parser.add_argument("--page", type=pathlib.Path, default=DOCS / "contact-truth.md")
+    parser.add_argument("--page", type=pathlib.Path, default=DOCS / "lab/contact-truth.md")
 
 
 def update(options):

@@ -1,4 +1,4 @@
-"""The tables of engines.md.
+"""The tables of lab/engines.md, and with --newer the first one of engines.md.
 
 RESULTS is a results directory of campaigns/field.toml, or the database of one packed as assay.sqlite.xz; after --worlds one of
 campaigns/batches.toml, after --full one of campaigns/paper.toml (default: the committed one). Without the field's speeds where the
@@ -13,9 +13,9 @@ import tomllib
 
 from .common import DOCS, milliseconds, opened, standing, table, write
 
-PAGE = DOCS / "engines.md"
-FULL = PAGE.parents[1] / "results/intel-xeon-2-cores/assay.sqlite.xz"
-RELEASES = tomllib.loads(PAGE.with_name("releases.toml").read_text("utf-8"))
+PAGE = DOCS / "lab/engines.md"
+FULL = DOCS.parent / "results/intel-xeon-2-cores/assay.sqlite.xz"
+RELEASES = tomllib.loads((DOCS / "releases.toml").read_text("utf-8"))
 NO = "–"
 SI = [(1, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n")]
 # Limited values in words.
@@ -277,7 +277,8 @@ def update(options):
         run = Run(db)
         blocks = {"engines": engines_table(run), "figures": figures_table(run, not options.without_speeds)}
         if options.newer:
-            write(options.page, {"newer-figures": blocks["figures"], "newer-best": best_table(options.program, database.parent, run)})
+            write(options.page, {"newer-figures": blocks["figures"]})
+            write(DOCS / "engines.md", {"newer-best": best_table(options.program, database.parent, run)})
             return
         if not options.without_speeds:
             blocks["answers"] = answers_table(options.program, database.parent, full.parent)

@@ -41,7 +41,7 @@ def figure(rows, model):
         most = max(cores)
         plot.line([(1, cores[most]), (16384, cores[most])], "#555555", "4 3")
         plot.labels.append([plot.x.at(1) + 4, plot.y.at(cores[most]) - 4, "#555555", f"MuJoCo, {most} CPU threads"])
-    (DOCS / f"many-worlds-{model}.svg").write_text(plot.svg(), "utf-8")
+    (DOCS / f"lab/many-worlds-{model}.svg").write_text(plot.svg(), "utf-8")
 
 
 def cell(row):
@@ -126,4 +126,4 @@ def update(options):
     g1 = having(results, lambda row: row["model"] == "g1")
     same = [row for row in last_measured(results) if int(row["worlds"]) in SAME_BITS and
             (row["worlds_with_other_bits"] or row["contender"].endswith("-deterministic"))]
-    write(DOCS / "many-worlds.md", {"worlds": table(together), "worlds-g1": table_of_g1(g1), "worlds-bits": table_of_bits(same)})
+    write(DOCS / "lab/many-worlds.md", {"worlds": table(together), "worlds-g1": table_of_g1(g1), "worlds-bits": table_of_bits(same)})

@@ -19,7 +19,7 @@ import xml.etree.ElementTree
 
 from .common import DOCS, write
 
-PAGE = DOCS / "reliability.md"
+PAGE = DOCS / "lab/reliability.md"
 # Tests that leave lines.
 TESTS = ("Runs|Fault|StoreFaults|cli.faults|cli.campaign.(Interrupted|FullDisk|BadDirectories)|cli.shards.Refusals|cli.slurm|cli.untrusted|"
          "cli.run_robot.RunRobot.a_programme")

@@ -18,7 +18,7 @@ import tempfile
 
 from .common import DOCS, opened, table, write
 
-PAGE = DOCS / "robots.md"
+PAGE = DOCS / "lab/robots.md"
 ENGINES = 5  # that have to take a model's contacts
 
 # Each package: its folder, and its robots' files below it. Scenes and parts that a robot's file includes are none.

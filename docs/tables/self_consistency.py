@@ -160,7 +160,7 @@ def figure(found, path):
 
 def add_arguments(parser):
     parser.add_argument("results", metavar="RESULTS", type=pathlib.Path)
-    parser.add_argument("--page", type=pathlib.Path, default=DOCS / "self-consistency.md")
+    parser.add_argument("--page", type=pathlib.Path, default=DOCS / "lab/self-consistency.md")
 
 
 def update(options):

@@ -103,7 +103,7 @@ def add_arguments(parser):
     parser.add_argument("program", metavar="ASSAY")
     parser.add_argument("--settings", type=pathlib.Path)
     parser.add_argument("--builds", type=pathlib.Path)
-    parser.add_argument("--pages", type=pathlib.Path, default=DOCS, help="folder of the pages")
+    parser.add_argument("--pages", type=pathlib.Path, default=DOCS / "lab", help="folder of the pages")
 
 
 def update(options):

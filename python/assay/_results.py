@@ -69,7 +69,7 @@ class Results:
     def trajectories(self) -> dict[tuple[str, str], Mapping[str, Any]]:
         """States of the kept runs by (system, contender): arrays time (T,) s, position (T, B, 3) m, orientation (T, B, 4)
         (w, x, y, z), velocity (T, B, 3) m/s, angular_velocity (T, B, 3) rad/s, angle and rate (T, J) rad and rad/s, and the
-        names `bodies` and `hinges`; docs/trajectories.md."""
+        names `bodies` and `hinges`; docs/files.md."""
         import numpy
 
         found = {}

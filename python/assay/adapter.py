@@ -1,6 +1,6 @@
 """What an engine in Python is written with: the classes of assay_adapter, which worker processes use, too.
 
-docs/adding-an-engine.md, "In Python", shows one; `assay.engine` registers a class of it.
+docs/extending.md, "In Python", shows one; `assay.engine` registers a class of it.
 """
 
 import importlib.util

@@ -119,7 +119,7 @@ std::string campaign_keys_markdown() {
       "it, and `campaigns/quick.toml` is an example. Names of keys end with their unit: `_s`, `_ms`, `_m`. An unknown "
       "key\n"
       "is an error.\n\n"
-      "`assay list campaign-keys > docs/campaign-keys.md` writes this page.\n";
+      "`docs/update.py files ASSAY` writes them into docs/files.md.\n";
   text += section_text("The campaign", "At the top of the file.", rows_of(kCampaignKeys));
   text += section_text("[[system]]", "One table for each system.", rows_of(kSystemKeys));
   text +=

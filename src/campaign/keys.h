@@ -1,5 +1,5 @@
 // The keys of a campaign's file: one list for each table. What a table allows, how plain values are read, and
-// docs/campaign-keys.md follow from them.
+// docs/files.md follow from them.
 #pragma once
 
 #include <algorithm>
@@ -203,7 +203,7 @@ void read_plain(const Section& section, const List& keys, Table& into) {
   }
 }
 
-// docs/campaign-keys.md.
+// docs/files.md.
 std::string campaign_keys_markdown();
 
 }  // namespace assay

@@ -13,11 +13,11 @@
 namespace assay::findings {
 namespace {
 
-// Iterative solvers carry a heavy body on a light one the worse, the larger the ratio of their masses. docs/robots.md
+// Iterative solvers carry a heavy body on a light one the worse, the larger the ratio of their masses. docs/guide.md
 // has the figures behind this threshold.
 constexpr double kLargeRatio = 100;
 
-// What the conformance suite tests: docs/conformance.md.
+// What the conformance suite tests: src/conformance/README.md.
 constexpr double kLightest = 1e-3, kHeaviest = 100;  // kg
 constexpr double kSmallest = 5e-3, kLargest = 2;     // m
 

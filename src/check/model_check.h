@@ -27,7 +27,7 @@ struct Place {
 // Places that have the same in common, worst first.
 struct Finding {
   Level level = Level::kKnow;
-  std::string kind = {};           // key in JSON, docs/robots.md lists them
+  std::string kind = {};           // key in JSON, docs/guide.md lists them
   std::string title = {};          // "start beyond the joint limits"
   std::vector<Place> places = {};  // at least one
   std::string unit = {};           // of their values; "" for none

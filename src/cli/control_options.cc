@@ -15,7 +15,7 @@ void add_policy_options(CLI::App& command, PolicyOptions& options) {
       ->type_name("FILE");
   command
       .add_option("--policy-config", options.config,
-                  "The policy's conventions: control period, observations, actions, gains (docs/sim2sim.md)")
+                  "The policy's conventions: control period, observations, actions, gains (docs/guide.md)")
       ->type_name("FILE.toml");
 }
 

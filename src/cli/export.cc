@@ -56,7 +56,7 @@ void add_export(CLI::App& app, Action& action) {
   command->add_option("--format", options->format, "Writes the values, as csv or json")->type_name("csv|json");
   command
       ->add_option("--trajectories", options->trajectories,
-                   "Writes the states of the kept runs, as npz or csv (docs/trajectories.md)")
+                   "Writes the states of the kept runs, as npz or csv (docs/files.md)")
       ->type_name("npz|csv");
   command
       ->add_option("--out", options->out,

@@ -166,7 +166,7 @@ void add_run(CLI::App& app, Action& action) {
   command
       ->add_option("--shard", request.shard,
                    "Measure only part I of N of the campaign; 'auto' or 'auto/N' takes the part from the scheduler's "
-                   "environment (docs/clusters.md)")
+                   "environment (docs/operations.md)")
       ->type_name("I/N");
   command
       ->add_option(

@@ -71,7 +71,7 @@ int submit(const SubmitOptions& options) {
   if (options.allow_external_files) agree_to_external_files();
   if (options.resume) return resume(options);
   if (!options.slurm)
-    throw InputError("give --slurm: the scheduler that the campaign is submitted to (docs/clusters.md has others)");
+    throw InputError("give --slurm: the scheduler that the campaign is submitted to (docs/operations.md has others)");
   SubmitRequest asked = options.request;
   asked.out = options.out;
   if (options.nodes) asked.nodes = parse_count("--nodes", *options.nodes, 1, kMostParts);

@@ -1,6 +1,6 @@
 // The conformance suite. Every contender has to pass it before its figures are published. Each test sets up a small
 // model whose answer is known from mechanics, not from an engine, and names the capability that it needs.
-// docs/conformance.md lists the tests with their formulas and the reason for every tolerance.
+// src/conformance/README.md lists the tests with their formulas and the reason for every tolerance.
 #pragma once
 
 #include <functional>

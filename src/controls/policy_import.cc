@@ -240,8 +240,7 @@ PolicyImport PolicyImporter::finish(const std::string& trained_in, const std::st
   result.joints = names_;
   result.joint_order = joint_order_;
   result.left_out = left_out_;
-  result.toml =
-      fmt::format("# Written by assay import from {}. docs/sim2sim.md explains the keys.\n", printable(path_));
+  result.toml = fmt::format("# Written by assay import from {}. docs/guide.md explains the keys.\n", printable(path_));
   for (const LeftOut& each : left_out_) {
     result.toml += fmt::format("# left out: {}: {}\n", printable(each.path), printable(each.meaning));
   }

@@ -2,7 +2,7 @@
 // (section II of the paper). What an engine is and what it cannot do exactly is data beside it: Capabilities, Setting.
 //
 // An adapter is a shared library that defines one class derived from Engine and names it in ASSAY_ENGINE_PLUGIN. It
-// links assay::model and its engine, nothing else of assay. docs/adding-an-engine.md walks through
+// links assay::model and its engine, nothing else of assay. docs/extending.md walks through
 // src/engines/skeleton.
 #pragma once
 

@@ -179,7 +179,8 @@ std::string features_markdown(const std::vector<FeatureGroup>& groups) {
       "What every contender does with the parts of a model beyond hinges, free bodies, spheres, capsules and planes: "
       "✓ exact,\n≈ approximated, – refused. The columns are numbered below; contenders of an engine that do the same "
       "share one. What is\napproximated, and by how much, follows the table. The adapters declare it, and the "
-      "[conformance suite](conformance.md)\ntests it.\n`./assay list engines --features --markdown` writes this "
+      "[conformance suite](../conformance/README.md)\ntests it.\n`./assay list engines --features --markdown` writes "
+      "this "
       "file.\n\n";
   text += "| feature |";
   for (size_t g = 0; g < groups.size(); ++g) text += fmt::format(" {} |", g + 1);

@@ -24,7 +24,7 @@ std::vector<FeatureGroup> feature_groups(const std::vector<ResolvedContender>& c
 Json features_json(const std::vector<FeatureGroup>& groups);
 // For a terminal or a file: the table, and then how features are approximated and why they are refused.
 std::string features_text(const std::vector<FeatureGroup>& groups);
-// The document docs/features.md.
+// The document src/engines/features.md.
 std::string features_markdown(const std::vector<FeatureGroup>& groups);
 
 }  // namespace assay

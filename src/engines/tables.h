@@ -23,7 +23,7 @@ struct EngineBuilds {
   std::vector<std::vector<std::string>> rows;
 
   std::string text() const;
-  std::string markdown() const;  // the document docs/builds.md
+  std::string markdown() const;  // the document docs/lab/builds.md
 };
 
 EngineBuilds engine_builds(const Registry& registry);

@@ -1,5 +1,5 @@
 // Why two contenders part on one robot: swaps of conventions, ranked by the share of the gap that they close, and the
-// advice that follows, checked by the gap that it leaves. docs/sim2sim.md has the definitions.
+// advice that follows, checked by the gap that it leaves. docs/guide.md has the definitions.
 #pragma once
 
 #include <cstdint>

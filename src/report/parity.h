@@ -1,4 +1,4 @@
-// Certificates of parity (docs/parity.md) that stand beside results.
+// Certificates of parity (docs/guide.md) that stand beside results.
 #pragma once
 
 #include <string>

@@ -51,7 +51,7 @@ inline constexpr std::string_view kTruthError = "truth_error_max";
 inline constexpr std::array<std::string_view, 4> kJudgedErrors = {kTruthError, "truth_error", "consistency_cold",
                                                                   "consistency"};
 
-// The terms of docs/glossary.md.
+// The terms of docs/methodology.md.
 struct Term {
   std::string_view term, meaning;
 };

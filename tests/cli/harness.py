@@ -23,7 +23,7 @@ MISHAP_ENGINE = os.environ.get("ASSAY_MISHAP_ENGINE", "")
 REFUSED_PLUGINS = os.environ.get("ASSAY_REFUSED_PLUGINS", "")
 DEADLY_PLUGINS = os.environ.get("ASSAY_DEADLY_PLUGINS", "")
 VERDICTS = os.environ.get("ASSAY_TEST_VERDICTS", "")  # folder of verdicts.py
-RELIABILITY = os.environ.get("ASSAY_RELIABILITY", "")  # folder for lines of docs/reliability.md
+RELIABILITY = os.environ.get("ASSAY_RELIABILITY", "")  # folder for lines of docs/lab/reliability.md
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 COMMANDS = ["list", "check", "parity", "conformance", "import", "simulate", "run", "paper", "submit", "status", "merge", "recommend",
             "explain", "report", "compare", "history", "export", "draw"]
@@ -206,7 +206,7 @@ class AssayTest(unittest.TestCase):
 
 
 def reliability(fault, tries, outcome, lost):
-    """A line of docs/reliability.md (docs/update.py reliability): call it at the end of a test. A test in which a part has
+    """A line of docs/lab/reliability.md (docs/update.py reliability): call it at the end of a test. A test in which a part has
     failed (subTest) goes on to its end, and leaves none."""
     if AssayTest.running._outcome.success:  # pylint: disable=protected-access
         leave({"fault": fault, "tries": tries, "outcome": outcome, "lost": lost}, fault)

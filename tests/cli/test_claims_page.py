@@ -1,4 +1,4 @@
-"""Committed results, docs/claims.md, docs/contact-truth.md, docs/engines.md and docs/settings.md: the pages agree with the results, and no file names
+"""Committed results, docs/lab/claims.md, docs/lab/contact-truth.md, docs/lab/engines.md and docs/lab/settings.md: the pages agree with the results, and no file names
 a path of the machine."""
 
 import lzma
@@ -13,7 +13,7 @@ sys.path.insert(0, str(SOURCE / "docs"))
 from tables import claims, common, contacts  # noqa: E402
 
 RESULTS = SOURCE / "results/intel-xeon-2-cores"
-PAGE = SOURCE / "docs/claims.md"
+PAGE = SOURCE / "docs/lab/claims.md"
 VERDICTS = {"holds": "holds", "changed": "**changed**", "not-settled": "not settled", "not-measurable": "**not measurable**"}
 ABSOLUTE = re.compile(rb"(?<![\w.~-])/(?:tmp|work|root|home|mnt|opt|srv|Users)/[\w.-]+|\b[A-Z]:\\\\?Users\b")
 
@@ -54,7 +54,7 @@ class ClaimsPageTest(AssayTest):
             self.assertIsNone(found, f"{path}: {found and found.group()}")
 
     def test_the_page_of_the_engines_says_what_their_results_say(self):
-        page = SOURCE / "docs/engines.md"
+        page = SOURCE / "docs/lab/engines.md"
         field, worlds = (SOURCE / "results" / re.search(rf"results/({kind}-[\d-]+)/README", page.read_text(encoding="utf-8")).group(1)
                          / "assay.sqlite.xz" for kind in ("field", "worlds"))
         again = self.write("engines.md", page.read_text(encoding="utf-8"))
@@ -64,7 +64,7 @@ class ClaimsPageTest(AssayTest):
                          "write it with docs/update.py engines")
 
     def test_the_tables_of_settings_and_builds_say_what_their_results_say(self):
-        pages = {name: (SOURCE / "docs" / name).read_text(encoding="utf-8") for name in ("settings.md", "performance.md")}
+        pages = {name: (SOURCE / "docs/lab" / name).read_text(encoding="utf-8") for name in ("settings.md", "performance.md")}
         for name, text in pages.items():
             self.write(name, text)
         results = {kind: SOURCE / "results" / re.search(rf"results/({kind}-[\d-]+)/README", text).group(1) / "assay.sqlite.xz"
@@ -75,7 +75,7 @@ class ClaimsPageTest(AssayTest):
             self.assertEqual((self.dir / name).read_text(encoding="utf-8"), text, "write it with docs/update.py settings")
 
     def test_the_page_of_contacts_says_what_its_results_say(self):
-        page = SOURCE / "docs/contact-truth.md"
+        page = SOURCE / "docs/lab/contact-truth.md"
         text = page.read_text(encoding="utf-8")
         results = SOURCE / "results" / re.search(r"results/(contacts-[\d-]+)/README", text).group(1) / "assay.sqlite.xz"
         again = self.write("contact-truth.md", text)

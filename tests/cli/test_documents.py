@@ -26,7 +26,37 @@ def rows(path, section=""):
     return [tuple(cell.strip() for cell in line.split("|")[1:3]) for line in table.splitlines()[2:]]
 
 
+def prose(path):
+    """Lines outside of code, formulae, generated blocks, tables and pictures."""
+    text = re.sub(r"```.*?```|\$\$.*?\$\$|<!-- ([\w-]+): begin -->.*?<!-- \1: end -->", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+    return [line for line in text.splitlines() if not line.startswith(("|", "![", "<img"))]
+
+
 class Documents(AssayTest):
+    def test_pages_are_few_and_short(self):
+        pages = sorted((SOURCE / "docs").glob("*.md"))
+        self.assertLessEqual(len(pages), 10)
+        self.assertGreater(len(pages), 5)
+        self.assertLessEqual(sum(len(page.read_text(encoding="utf-8").split()) for page in pages), 35000)
+        self.assertLessEqual(len((SOURCE / "README.md").read_text(encoding="utf-8").split()), 1200)
+        for page in pages:
+            with self.subTest(page.name):
+                first_screen = page.read_text(encoding="utf-8").split("\n")[:30]
+                self.assertTrue(any(line.startswith(("```", "![")) for line in first_screen), "begin with a picture or an example")
+
+    def test_lines_are_short(self):
+        for page in [SOURCE / "README.md", SOURCE / "CHANGELOG.md", *(SOURCE / "docs").glob("*.md"), *(SOURCE / "docs/lab").glob("*.md")]:
+            if page.name == "builds.md":  # the program's
+                continue
+            self.assertEqual([line for line in prose(page) if len(line) > 120], [], page)
+
+    def test_an_entry_of_the_changelog_is_a_line(self):
+        text = (SOURCE / "CHANGELOG.md").read_text(encoding="utf-8")
+        entries = text[text.index("## ["):].splitlines()
+        self.assertGreater(len(entries), 50)
+        for line in entries:
+            self.assertRegex(line, r"^(## \[|### |- |$)")
+
     def test_links_resolve(self):
         self.assertGreater(len(documents()), 20)
         for page in documents():
@@ -50,7 +80,7 @@ class Documents(AssayTest):
                             f"findings/{engine.name}/[!s]*.py", f"benchmarks/direct_{engine.name}.py"]:
                 for path in SOURCE.glob(pattern):
                     self.assertIn(f"](../../../{path.relative_to(SOURCE)})", text, engine.name)
-            self.assertIn("](../../../docs/conformance.md)", text, engine.name)
+            self.assertIn("](../../conformance/README.md)", text, engine.name)
 
     def test_commands_exist(self):
         seen = set()
@@ -63,13 +93,13 @@ class Documents(AssayTest):
 
     def test_the_readme_begins_the_glossary(self):
         short = rows(SOURCE / "README.md", "## Terms")
-        self.assertEqual(short, rows(SOURCE / "docs/glossary.md")[:len(short)])
+        self.assertEqual(short, rows(SOURCE / "docs/methodology.md", "## Terms")[:len(short)])
         self.assertEqual(len(short), 5)
 
-    def test_the_readme_has_the_versions_of_the_engines(self):
+    def test_the_page_of_engines_has_their_versions(self):
         versions = {row["contender"]: row["version"] for row in self.assay_json("engines", "--json")["contenders"]}
         table = {re.match(r"`([\w-]+?)-?\*?`", contenders).group(1): engine
-                 for engine, contenders in rows(SOURCE / "README.md", "## Engines and systems")}
+                 for engine, contenders in rows(SOURCE / "docs/engines.md", "## Versions and contenders")}
         checked = set()
         for contender, version in versions.items():
             own = [name for name in table if contender == name or contender.startswith(name + "-")]

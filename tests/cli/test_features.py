@@ -39,9 +39,9 @@ class Features(AssayTest):
         # what ./test sets up
         if here & rare or not {row["engine"] for row in listed["absent"]} <= rare:
             self.skipTest("the document has all engines but those that are set up only when they are named")
-        document = (SOURCE / "docs" / "features.md").read_text(encoding="utf-8")
+        document = (SOURCE / "src/engines/features.md").read_text(encoding="utf-8")
         self.assertEqual(document, self.assay("engines", "--features", "--markdown"),
-                         "run ./assay list engines --features --markdown > docs/features.md")
+                         "run ./assay list engines --features --markdown > src/engines/features.md")
 
 
 if __name__ == "__main__":

@@ -280,7 +280,7 @@ class Transfer(Policy):
 
 class AgainstTraining(Policy):
     """The quadruped at twice the timestep of its training, where its drives chatter, and pushed on rough ground: some seconds of
-    what docs/sim2sim.md shows."""
+    what docs/guide.md shows."""
 
     CAMPAIGN = """
 name = "short"

@@ -1,4 +1,4 @@
-"""Adapters in Python: the example of docs/adding-an-engine.md as it stands there, what goes wrong in bad ones, and what the
+"""Adapters in Python: the example of docs/extending.md as it stands there, what goes wrong in bad ones, and what the
 host costs."""
 
 import contextlib
@@ -148,7 +148,7 @@ HINGES_ONLY = ("pendulum-period", "planar-chain", "spatial-chain", "restart", "t
 
 
 def short_example():
-    page = (SOURCE / "docs/adding-an-engine.md").read_text(encoding="utf-8")
+    page = (SOURCE / "docs/extending.md").read_text(encoding="utf-8")
     return re.search(r"## In Python\n.*?```python\n(.*?)```", page, re.DOTALL)[1]
 
 

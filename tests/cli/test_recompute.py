@@ -21,7 +21,7 @@ import statements  # noqa: E402
 sys.path.insert(0, str(SOURCE / "results"))
 import publish  # noqa: E402
 
-PAGE = SOURCE / "docs/claims.md"
+PAGE = SOURCE / "docs/lab/claims.md"
 # The committed run that the page is written from.
 FULL = SOURCE / "results" / re.search(r"results/([\w.-]+)/assay\.sqlite\.xz", PAGE.read_text("utf-8")).group(1)
 
@@ -84,7 +84,7 @@ class Published(AssayTest):
         self.assertGreaterEqual(report.counts["sentences"], 50)
 
     def test_a_wrong_sentence_is_found(self):
-        page = "docs/claims.md"
+        page = "docs/lab/claims.md"
         (self.dir / "docs").mkdir()
         text = (SOURCE / page).read_text("utf-8")
         self.write(page, text.replace("has the largest figure of these in every column", "has the smallest figure of these"))
@@ -92,7 +92,7 @@ class Published(AssayTest):
             report = recompute.Report()
             statements.check(report, [page])
         wrong = "\n".join(report.wrong)
-        self.assertIn("docs/claims.md, havok is the largest: Havok has the smallest figure", wrong)
+        self.assertIn("docs/lab/claims.md, havok is the largest: Havok has the smallest figure", wrong)
         self.assertEqual(len(report.wrong), 1, wrong)
 
     # The rule of results/withdrawn.toml is written twice, and so is that of what is recommended.

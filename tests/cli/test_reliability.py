@@ -1,4 +1,4 @@
-"""The table of docs/reliability.md: what the tests of faults leave, and what docs/update.py makes of it."""
+"""The table of docs/lab/reliability.md: what the tests of faults leave, and what docs/update.py makes of it."""
 
 import json
 import os

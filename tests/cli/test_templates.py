@@ -1,5 +1,5 @@
 """Templates: an engine, a system, measures, a claim and a section of the report are added to a copy of the repository as
-docs/architecture.md says, and the copy builds and runs. Objects that no addition touches come from the build under test."""
+docs/extending.md says, and the copy builds and runs. Objects that no addition touches come from the build under test."""
 
 import csv
 import filecmp
@@ -19,7 +19,7 @@ LEFT_OUT = {".git", ".cache", "build", "results", "web/node_modules"}
 CMAKE_CHOICES = ["CMAKE_BUILD_TYPE", "CMAKE_CXX_COMPILER", "CMAKE_CXX_FLAGS", "CMAKE_CXX_FLAGS_DEBUG",
                  "CMAKE_CXX_FLAGS_RELEASE", "CMAKE_UNITY_BUILD", "ASSAY_CACHE", "ASSAY_LTO"]
 
-# What each row of docs/architecture.md, "Adding something", asks for: files made of templates, and lines put behind others.
+# What each row of docs/extending.md, "Adding something", asks for: files made of templates, and lines put behind others.
 NEW = {
     "an engine": {"src/engines/myengine/engine.cc": "src/engines/skeleton/engine.cc",
                   "src/engines/myengine/README.md": "src/engines/skeleton/README.md",
@@ -55,7 +55,7 @@ LINES = {
         ("web/src/main.ts", r"  add\(part\(\"gate\".*", '\n  add(part("template", "Template", ""), "Template", () => [template(report)]);')],
 }
 
-ROWS = {"a measure of pairs": "a measure"}  # of docs/architecture.md, where the name is another
+ROWS = {"a measure of pairs": "a measure"}  # of docs/extending.md, where the name is another
 
 # Before the compiler: an object of the list is taken from there, any other is compiled and noted.
 LAUNCHER = r"""#!/bin/sh
@@ -123,12 +123,12 @@ class Templates(AssayTest):
         return found
 
     def named(self, thing):
-        """The places that docs/architecture.md names for it; of a folder in `a/<name>/`, all that is in it."""
-        text = (SOURCE / "docs/architecture.md").read_text(encoding="utf-8")
+        """The places that docs/extending.md names for it; of a folder in `a/<name>/`, all that is in it."""
+        text = (SOURCE / "docs/extending.md").read_text(encoding="utf-8")
         row = re.search(rf"^\| {re.escape(ROWS.get(thing, thing))} \| (.*) \|$", text, re.MULTILINE)
-        self.assertIsNotNone(row, f"docs/architecture.md does not say how to add {thing}")
+        self.assertIsNotNone(row, f"docs/extending.md does not say how to add {thing}")
         places = re.findall(r"`((?:src|web|models|campaigns|docs)/[^`]*)`", row.group(1))
-        places += [f"docs/{link}" for link in re.findall(r"\]\((\w+\.md)\)", row.group(1)) if "adding" not in link]
+        places += [f"docs/{link}" for link in re.findall(r"\]\((\w+\.md)\)", row.group(1))]
         return {place: re.escape(place).replace("<name>", r"[\w-]+") + (".*" if place.endswith("/") else "") for place in places}
 
     def as_original(self, text):
@@ -203,10 +203,10 @@ class Templates(AssayTest):
                 places = self.named(thing)
                 for file in files:
                     self.assertTrue(any(re.fullmatch(place, file) for place in places.values()),
-                                    f"to add {thing} touches {file}, which docs/architecture.md does not name")
+                                    f"to add {thing} touches {file}, which docs/extending.md does not name")
                 for name, place in places.items():
                     self.assertTrue(any(re.fullmatch(place, file) for file in files),
-                                    f"docs/architecture.md names {name} for {thing}, which needs no change of it")
+                                    f"docs/extending.md names {name} for {thing}, which needs no change of it")
         self.assertEqual(touched, self.changed())
 
         compiled = self.make(touched)

@@ -168,7 +168,7 @@ int named(int count, bool mixed, std::string& missed) {
   return found;
 }
 
-// ASSAY_PARITY_DEFECTS=100 runs as many as docs/robots.md reports.
+// ASSAY_PARITY_DEFECTS=100 runs as many as docs/lab/robots.md reports.
 int how_many(int usual) {
   const char* asked = std::getenv("ASSAY_PARITY_DEFECTS");
   return static_cast<int>(parse_integer(asked == nullptr ? "" : asked).value_or(usual));

@@ -20,7 +20,7 @@ void IsaacEnvironment::check_kind() const {
   if (!YamlValues::child(root_, "observations") && YamlValues::child(root_, "observation_space")) {
     throw InputError(
         fmt::format("'{}' is an environment of the direct workflow, whose observations are computed in Python and "
-                    "stand in no file: write the configuration by hand (docs/sim2sim.md)",
+                    "stand in no file: write the configuration by hand (docs/guide.md)",
                     path_));
   }
   for (const char* key : {"sim", "decimation", "scene", "observations", "actions"})

@@ -1,4 +1,4 @@
-"""What an adapter in Python is written with: docs/adding-an-engine.md, "In Python".
+"""What an adapter in Python is written with: docs/extending.md, "In Python".
 
 An adapter is a module with a class `Engine`, derived from the one below. assay reads its declarations (settings,
 contenders, capabilities, check) with the standard library alone, in every process that lists engines, so the engine and
@@ -55,7 +55,7 @@ class Contender(Record):
 
 
 class Deviation(Record):
-    """A departure from the model's physics that is the engine's own: see docs/conformance.md."""
+    """A departure from the model's physics that is the engine's own: see src/conformance/README.md."""
 
     _defaults = {"test": "", "bound": 0.0, "reason": ""}
 

@@ -31,8 +31,8 @@ constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 int freedom(const Logs& logs) { return static_cast<int>(logs.values.size()) - 1; }
 
-// What processes of one cell differ by, relative (standard deviation; docs/performance.md#what-compare-finds): rounds
-// of one process do not show it.
+// What processes of one cell differ by, relative (standard deviation; docs/lab/performance.md#what-compare-finds):
+// rounds of one process do not show it.
 constexpr double kOfProcess = 0.0101;
 // Of a time, to name a change; and what its mean is known to at best, relative: samples that are alike to the last
 // digit do not show that the next process would be.
