@@ -35,7 +35,6 @@ struct DrawOptions {
   std::string out;
 };
 
-bool is_gif(const std::string& out) { return out.ends_with(".gif"); }
 bool is_movie(const std::string& out) { return out.ends_with(".mp4") || is_gif(out); }
 
 std::pair<int, int> parse_size(const std::string& text) {

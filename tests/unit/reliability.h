@@ -1,5 +1,5 @@
-// Lines of docs/lab/reliability.md, which tests write when ASSAY_RELIABILITY names a folder
-// (docs/update_reliability.py).
+// Lines of docs/lab/reliability.md, which tests write when ASSAY_RELIABILITY names a folder (docs/update.py
+// reliability).
 #pragma once
 
 #include <cctype>

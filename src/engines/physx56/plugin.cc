@@ -18,7 +18,7 @@ const bool kContactModification = false;
 // connect's three directions, come apart (pgs) or end in no number (tgs).
 const double kLinkCfm = 0.025;
 
-// PhysX's own is 1: with it a cylinder that slides standing over a height field loses 4.7 % of its velocity in 1 s.
+// PhysX's own is 1: with it a cylinder that slides standing over a height field changes its velocity by 4.7 % in 1 s.
 const long long kTgsVelocityIterations = 0;
 
 const bool kSharesFrictionTwice = false;

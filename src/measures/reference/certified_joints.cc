@@ -233,8 +233,8 @@ CertifiedMotion dry_joints(const Model& model, const std::vector<double>& times)
     motion.states.push_back(std::move(state));
   }
   std::ranges::stable_sort(motion.events, {}, &SolutionEvent::time);
+  if (times.empty()) return motion;
   for (const DryJoint& joint : joints) {
-    if (times.empty()) break;
     if (auto impulse = joint.impulse(model.initial.time, times.back())) motion.impulses.push_back(*std::move(impulse));
   }
   return motion;

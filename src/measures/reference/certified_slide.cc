@@ -296,8 +296,8 @@ CertifiedMotion slide_and_roll(const Model& model, const std::vector<double>& ti
     for (size_t i = 0; i < bodies.size(); ++i) state.bodies[i] = bodies[i].at(time - model.initial.time);
     motion.states.push_back(std::move(state));
   }
+  if (times.empty()) return motion;
   for (const SlidingBody& body : bodies) {
-    if (times.empty()) continue;
     auto event = body.event();
     if (event && std::max(event->time, event->watch.falls_at) <= times.back())
       motion.events.push_back(*std::move(event));

@@ -103,8 +103,8 @@ int write_movie(const Scene& scene, const std::vector<Cell>& cells, const std::v
   Partial partial(fresh_partial(request.out));
   Renderer renderer(scene, view_of(scene, runs), request.width, request.height, lettering(request.width / columns));
   {
-    Encoder encoder(partial.path(), request.out.ends_with(".gif") ? Encoder::Format::kGif : Encoder::Format::kMp4,
-                    request.width, request.height, frame_ms);
+    Encoder encoder(partial.path(), is_gif(request.out) ? Encoder::Format::kGif : Encoder::Format::kMp4, request.width,
+                    request.height, frame_ms);
     const MovieClock::time_point start = MovieClock::now();
     for (size_t frame = 0; frame < frames; ++frame) {
       if (interrupted()) {

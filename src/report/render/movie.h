@@ -1,4 +1,4 @@
-// Contenders side by side on one clock, as an H.264 movie.
+// Contenders side by side on one clock, as a movie: H.264, or GIF where the file ends so.
 #pragma once
 
 #include <string>
@@ -11,6 +11,8 @@ namespace assay {
 
 inline constexpr size_t kMostPanels = 12;
 inline constexpr double kFrameMs = 1000.0 / 30;  // frames are about this far apart where states are
+
+inline bool is_gif(const std::string& out) { return out.ends_with(".gif"); }
 
 struct MovieRequest {
   std::string dir, system;  // whose figures stand in the panels

@@ -287,24 +287,14 @@ std::vector<std::pair<std::string, std::string>> asked_ratios(const Store& store
 }
 
 const std::vector<std::string>& derived_values() {
-  static const std::vector<std::string> kNames = {"truth_order",
-                                                  "truth_floor",
-                                                  "event_time_order",
-                                                  "event_time_floor",
-                                                  "normal_impulse_order",
-                                                  "normal_impulse_floor",
-                                                  "tangential_impulse_order",
-                                                  "tangential_impulse_floor",
-                                                  "consistency_floor",
-                                                  "consistency_bound",
-                                                  "consistency_cold_floor",
-                                                  "consistency_cold_bound",
-                                                  "aa_ratio",
-                                                  "time_ratio",
-                                                  "largest_stable_timestep",
-                                                  "stable_up_to_timestep",
-                                                  "scaling_exponent"};
-  return kNames;
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all = {
+        "consistency_floor", "consistency_bound",       "consistency_cold_floor", "consistency_cold_bound", "aa_ratio",
+        "time_ratio",        "largest_stable_timestep", "stable_up_to_timestep",  "scaling_exponent"};
+    for (const ErrorOfTruth& of : errors_of_truth()) all.insert(all.end(), {of.order, of.floor});
+    return all;
+  }();
+  return names;
 }
 
 std::vector<std::string> derive_values(Store& store) {

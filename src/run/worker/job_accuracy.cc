@@ -59,6 +59,14 @@ void thin(std::vector<State>& states, long long samples) {
   states = std::move(kept);
 }
 
+// Null where none is named.
+const CertifiedSolution* certified_named(const std::string& name) {
+  if (name.empty()) return nullptr;
+  const CertifiedSolution* found = find_certified_solution(name);
+  if (found == nullptr) throw InputError(fmt::format("no solution '{}'", name));
+  return found;
+}
+
 // What the runs from a job's initial states have in common for measures.
 struct RunContext {
   const RunJob& job;
@@ -108,9 +116,8 @@ CellResult run_cell(const Measure& measure, const RunContext& context, const Run
     seen.other = &other;
   }
   std::optional<CertifiedMotion> certified;
-  if (measure.reads == Reads::kSolution && !job.solution.empty()) {
-    const CertifiedSolution* solution = find_certified_solution(job.solution);
-    if (solution == nullptr) throw InputError(fmt::format("no solution '{}'", job.solution));
+  const CertifiedSolution* solution = measure.reads == Reads::kSolution ? certified_named(job.solution) : nullptr;
+  if (solution != nullptr) {
     std::vector<double> times;
     for (const State& at : run.instants) times.push_back(at.time);
     try {
@@ -320,8 +327,7 @@ JobDone do_job(const TruthJob& job) {
   Trajectory truth;
   const std::vector<double> times = sample_times(model.initial.time, job.duration_s, job.sample_ms);
   try {
-    const CertifiedSolution* certified = find_certified_solution(job.solution);
-    if (!job.solution.empty() && certified == nullptr) throw InputError(fmt::format("no solution '{}'", job.solution));
+    const CertifiedSolution* certified = certified_named(job.solution);
     truth.states =
         certified != nullptr ? certified->solve(model, times).states : smooth_solution(model, model.initial, times);
   } catch (const InputError& error) {
