@@ -125,20 +125,6 @@ std::vector<std::string> releases_asked(const BisectOptions& options, const std:
   return asked;
 }
 
-// Releases that are not set up are, where this program came from a clone; with --quick only those that are needed would
-// do, but which these are is known too late.
-void obtain(const BisectOptions& options, const std::string& engine, const std::vector<std::string>& asked) {
-  if (options.no_set_up) return;
-  std::vector<std::string> wanted;
-  for (const std::string& release : std::set<std::string>(asked.begin(), asked.end())) {
-    if (release_plugin(engine, release).empty()) wanted.push_back(in_build(engine, release));
-  }
-  obtain_by_name(wanted, fmt::format("{} of {} not set up: {} first, some 10 s each (--no-set-up goes on without)",
-                                     counted(wanted.size(), "release", "releases"),
-                                     wanted.size() == 1 ? engine + " is" : engine + " are",
-                                     wanted.size() == 1 ? "it is made" : "they are made"));
-}
-
 // ---- the answer ---------------------------------------------------------------------------------------------------------
 
 std::string group_text(const std::vector<Stage>& stages, const ReleaseGroup& group) {
@@ -253,7 +239,12 @@ int run_bisect(const BisectOptions& options) {
   const ResolvedContender contender = contender_asked(options);
   const std::string engine = contender.engine->name();
   const std::vector<std::string> asked = releases_asked(options, engine);
-  obtain(options, engine, asked);
+  // all of them: with --quick only those that halving needs would do, but which these are is known too late
+  if (!options.no_set_up) {
+    std::vector<std::string> named;
+    for (const std::string& release : asked) named.push_back(in_build(contender.base, release));
+    obtain_releases(named);
+  }
   request.a = request.b = contender.base;
   rehearse(
       fmt::format("reading '{}'", request.model),

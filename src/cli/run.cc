@@ -68,6 +68,7 @@ int run(RunOptions options) {
   options.run.command = resuming(options);
   if (options.model.load.allow_external_files) agree_to_external_files();
   if (is_robot(options.run.campaign)) {
+    if (options.run.set_up) obtain_releases(options.contenders);
     rehearse_robot(options.run.campaign, load_options(options.model), control_given(options.control, options.policy));
     if (options.full || options.run.shard || options.run.cells || options.run.device ||
         !options.run.windows_of.empty()) {

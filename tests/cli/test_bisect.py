@@ -20,6 +20,7 @@ TUMBLING = """<mujoco model="tumbling">
   <keyframe><key name="spun" qpos="0 0 1 1 0 0 0" qvel="0 0 0 0.2 8 0.2"/></keyframe>
 </mujoco>
 """
+STEPS = ["--timestep", "5", "--duration", "1", "--out", "-"]
 RUN = ["--keyframe", "spun", "--timestep", "5", "--seconds", "5", "--seeds", "1"]
 
 
@@ -48,7 +49,8 @@ class Releases(AssayTest):
         self.write("tumbling.xml", TUMBLING)
 
     def states(self, contender):
-        return self.assay("simulate", "tumbling.xml", contender, "--keyframe", "spun", "--timestep", "5", "--duration", "1")
+        return self.assay("simulate", "tumbling.xml", "--engine", contender, "--keyframe", "spun", "--timestep", "5", "--duration", "1",
+                          "--out", "-")
 
     def test_each_release_runs_its_own_library(self):
         """The program has MuJoCo's newest in itself; a plugin whose symbols came from there would end in the same bits."""
@@ -60,7 +62,7 @@ class Releases(AssayTest):
     def test_a_release_conforms_and_says_its_version(self):
         done = self.assay_json("conformance", "mujoco-euler@3.6.0", "--test", "pendulum-period", "--test", "planar-chain", "--json")
         self.assertEqual({each["status"] for each in done["contenders"][0]["results"]}, {"pass"})
-        self.assay("run", "tumbling.xml", "--contenders", "mujoco-euler@3.6.0", "--quick", "--out", "results", "--no-set-up")
+        self.assay("run", "tumbling.xml", "--contenders", "mujoco-euler@3.6.0", "--minutes", "0.3", "--out", "results", "--no-set-up")
         manifest = self.assay("export", "results", "--format", "json")
         self.assertIn("mujoco-euler@3.6.0", manifest)
 
@@ -83,7 +85,7 @@ class Releases(AssayTest):
 
     def test_a_release_that_is_not_set_up_is_left_out(self):
         self.env["ASSAY_CACHE"] = str(self.dir / "empty")
-        self.refused("simulate", "tumbling.xml", "mujoco-euler@3.6.0", naming=("release 3.6.0", "./assay setup mujoco@3.6.0"))
+        self.refused("simulate", "tumbling.xml", "--engine", "mujoco-euler@3.6.0", *STEPS, naming=("release 3.6.0", "./assay setup mujoco@3.6.0"))
         self.refused("bisect", "tumbling.xml", "--engine", "mujoco", "--from", "3.6.0", "--to", "3.7.0", *RUN,
                      naming=("no release could be run", "not set up"))
 
@@ -94,8 +96,8 @@ class BadInput(AssayTest):
         self.write("tumbling.xml", TUMBLING)
 
     def test_names(self):
-        self.refused("simulate", "tumbling.xml", "mujoco-euler@3.3.9", naming=("3.3.9", "3.3.7", "4.0.1"))
-        self.refused("simulate", "tumbling.xml", "ode-quick@0.1", naming=("@0.1",))
+        self.refused("simulate", "tumbling.xml", "--engine", "mujoco-euler@3.3.9", *STEPS, naming=("3.3.9", "3.3.7", "4.0.1"))
+        self.refused("simulate", "tumbling.xml", "--engine", "ode-quick@0.1", *STEPS, naming=("@0.1",))
         for options, parts in [(["--engine", "ode"], ("'ode'", "mujoco")), ([], ("--engine mujoco",)),
                                (["--engine", "mujoco", "--from", "3.1.0"], ("--from", "3.2.7")),
                                (["--engine", "mujoco", "--from", "3.7.0", "--to", "3.6.0"], ("exchange",)),

@@ -4,12 +4,15 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <set>
 #include <unistd.h>
 
 #include <fmt/format.h>
 
 #include "base/console.h"
 #include "base/text.h"
+#include "engines/builds.h"
+#include "engines/releases.h"
 
 namespace assay {
 namespace {
@@ -106,10 +109,22 @@ void obtain_engines(const Campaign& campaign, const std::vector<std::string>* co
   start_again(names_of(needed));
 }
 
-void obtain_by_name(const std::vector<std::string>& names, const std::string& what) {
-  if (names.empty() || launcher().empty() || !variable(kTried).empty()) return;
-  message(what);
-  start_again(names);
+void obtain_releases(const std::vector<std::string>& contenders) {
+  const Registry& registry = Registry::instance();
+  std::set<std::string> lacking;
+  for (const std::string& name : contenders) {
+    const std::string plain = without_build(name), release = build_of(name);
+    if (!is_release(release) || !registry.has(plain)) continue;
+    const std::string engine = registry.resolve(plain).engine->name();
+    const std::vector<std::string> known = releases_of(engine);
+    const bool there = !release_plugin(engine, release).empty();
+    if (!there && std::ranges::find(known, release) != known.end()) lacking.insert(in_build(engine, release));
+  }
+  if (lacking.empty() || launcher().empty() || !variable(kTried).empty()) return;
+  message(fmt::format("{} not set up: {} first, some 10 s each (--no-set-up goes on without)",
+                      counted(lacking.size(), "release is", "releases are"),
+                      lacking.size() == 1 ? "it is made" : "they are made"));
+  start_again({lacking.begin(), lacking.end()});
 }
 
 }  // namespace assay

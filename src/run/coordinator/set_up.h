@@ -18,8 +18,9 @@ std::vector<AbsentEngine> obtainable(const std::vector<AbsentEngine>& absent);
 std::string obtainable_text(const std::vector<AbsentEngine>& engines);
 std::string set_up_command(const std::vector<AbsentEngine>& engines);
 
-// The same for names that `./assay setup` takes, "mujoco@3.3.7"; `what` is said before.
-void obtain_by_name(const std::vector<std::string>& names, const std::string& what);
+// Sets up the releases that `contenders` name ("mujoco-euler@3.3.7") and that are not there, as obtain_engines() does.
+// Names of no release are passed over.
+void obtain_releases(const std::vector<std::string>& contenders);
 
 // Says which engines of the campaign's contenders are not set up, and what they take, and starts the launcher again,
 // which sets them up and then repeats this command. Returns where there is nothing to do, where it was tried already,

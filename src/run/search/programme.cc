@@ -14,6 +14,7 @@
 #include "check/overlaps.h"
 #include "controls/hold.h"
 #include "controls/policy_config.h"
+#include "engines/builds.h"
 #include "measures/initial_states.h"
 #include "measures/reference/smooth.h"
 #include "model/shape.h"
@@ -68,7 +69,12 @@ std::string refusal_text(const std::vector<Limitation>& limitations) {
 
 void add_contenders(const Model& model, const std::vector<std::string>& patterns, const Registry& registry,
                     Programme& programme) {
-  const std::vector<std::string> known = registry.contender_names();
+  std::vector<std::string> known = registry.contender_names();
+  for (const std::string& pattern : patterns) {
+    if (build_of(pattern) == kBaseline) continue;
+    registry.resolve(pattern);  // says what is wrong with it
+    known.push_back(pattern);
+  }
   const auto matches = [](const std::string& pattern, const std::string& name) {
     return ::fnmatch(pattern.c_str(), name.c_str(), 0) == 0;
   };

@@ -130,7 +130,7 @@ MeasuredLog toss(int number) {
   log.name = "toss/" + std::to_string(number);
   log.source = "toss";
   MeasuredBody body;
-  Quat q = Quat::Identity();
+  Quat q(Eigen::AngleAxisd(2, Vec3(1, 2, 0).normalized()));  // so that body axes are not the world's
   const Vec3 w(2.0 + 0.3 * number, -3, 1 + number);
   constexpr double kStep = 1 / 150.0;
   for (int i = 0; i < 90; ++i) {
