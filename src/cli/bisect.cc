@@ -178,12 +178,14 @@ void add_change(const std::string& robot, const ResolvedContender& contender, co
   const ReleaseValues &was = measured[of.change.before].values, &is = measured[of.change.after].values;
   answer.part(fmt::format("{} to {}: {}", before, after, of.rounding ? "rounding" : "the motion changed"));
   answer.fact("motion", fmt::format("bodies {} apart in the mean until they are {} apart, one of them {} at most",
-                                    distance_text(of.size.mean), quantity_text(kFarMetres, "m", 2), distance_text(of.size.largest)));
+                                    distance_text(of.size.mean), quantity_text(kFarMetres, "m", 2),
+                                    distance_text(of.size.largest)));
   if (!of.rounding) {
     answer.fact("energy at the end", fmt::format("{:.6g} to {:.6g} J", was.energy, is.energy));
     if (was.contacts > 0 || is.contacts > 0) {
       answer.fact("touching pairs", fmt::format("{:.3g} to {:.3g} in the mean", was.contacts, is.contacts));
-      answer.fact("penetration", fmt::format("{} to {}", distance_text(was.penetration), distance_text(is.penetration)));
+      answer.fact("penetration",
+                  fmt::format("{} to {}", distance_text(was.penetration), distance_text(is.penetration)));
     }
     if (was.limit > 0 || is.limit > 0) {
       answer.fact("beyond limits", fmt::format("{:.3g} to {:.3g} rad", was.limit, is.limit));
