@@ -212,8 +212,11 @@ std::vector<SystemText> systems_of(const Model& model, const ProgrammeOptions& o
     work.lines.push_back(exclude_text(overlap.pairs));
   }
   work.lines.push_back(control_line(control));
-  work.lines.insert(work.lines.end(), {R"(measures = ["raw_speed", "consistency", "violation"])", "duration_s = 1.024",
-                                       "pieces = 6", "piece_ms = 64"});
+  // a free body that meets nothing has nothing to violate
+  const bool violates = moves || !model.contacts.empty();
+  work.lines.insert(work.lines.end(), {violates ? R"(measures = ["raw_speed", "consistency", "violation"])"
+                                                : R"(measures = ["raw_speed", "consistency"])",
+                                       "duration_s = 1.024", "pieces = 6", "piece_ms = 64"});
 
   if (moves && (drops || control.kind != "random")) {
     SystemText& random = systems.emplace_back();
