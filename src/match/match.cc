@@ -32,6 +32,7 @@ constexpr double kUnpredictable = 2;                      // degrees
 constexpr int kRoughBudget = 1500, kSmoothBudget = 1500;  // candidates
 constexpr double kLimitS = 120;                           // of the runs that a worker does at once
 constexpr double kImpact = 0.05;                          // s that count as at an impact
+constexpr double kFence = 1.5;                            // interquartile ranges above the upper quartile
 constexpr double kOdd = 2;                                // times the median log: nobody explains it
 
 // Which logs a fit sees and which it is judged by.
@@ -521,12 +522,17 @@ class Matcher {
     if (least.size() < 3) return;
     std::vector<double> scores;
     for (const auto& [log, score] : least) scores.push_back(score);
-    const double usual = median(scores);
+    // beyond Tukey's fence, too: of hundreds of tosses many are twice the median by chance alone
+    const double usual = median(scores), upper = quantile(scores, 0.75), lower = quantile(scores, 0.25);
+    const double most = std::max(kOdd * usual, upper + kFence * (upper - lower));
+    std::vector<std::pair<double, std::string>> odd;
     for (const auto& [log, score] : least) {
-      if (score > kOdd * usual) {
-        answer.odd_logs.push_back(fmt::format("{}: {:.3g} at best, {:.1f} times the median of the logs ({:.3g})", log,
-                                              score, score / usual, usual));
-      }
+      if (score > most) odd.emplace_back(score, log);
+    }
+    std::ranges::sort(odd, std::greater());
+    for (const auto& [score, log] : odd) {
+      answer.odd_logs.push_back(fmt::format("{}: {:.3g} at best, {:.1f} times the median of the logs ({:.3g})", log,
+                                            score, score / usual, usual));
     }
   }
 

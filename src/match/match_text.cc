@@ -12,6 +12,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr size_t kMostOdd = 5;  // of the logs that nobody explains, in words
+
 Json number(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
 Json json_of(const ErrorFigures& figures) {
@@ -205,7 +207,12 @@ Answer match_text(const MatchQuestion& question, const MatchAnswer& answer) {
   if (!answer.unpredictable.empty() || !answer.odd_logs.empty()) {
     text.part("Logs");
     for (const std::string& log : answer.unpredictable) text.line("not predictable: " + log);
-    for (const std::string& log : answer.odd_logs) text.line("the others do not predict it: " + log);
+    for (size_t i = 0; i < answer.odd_logs.size() && i < kMostOdd; ++i) {
+      text.line("the others do not predict it: " + answer.odd_logs[i]);
+    }
+    if (answer.odd_logs.size() > kMostOdd) {
+      text.line(fmt::format("and {} more, in match.json", answer.odd_logs.size() - kMostOdd));
+    }
   }
   return text;
 }
