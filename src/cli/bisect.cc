@@ -473,7 +473,7 @@ void add_bisect(CLI::App& app, Action& action) {
   command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();
   add_load_options(*command, options->model);
   command->footer(command->get_footer() +
-                  "\nThe status is 1 where the motion changed between two releases by more than rounding, else 0.\n");
+                  "\nStatus 1: the motion changed between two\nreleases by more than rounding.\n");
   command->callback([&action, options] { action = [options] { return run_bisect(*options); }; });
 }
 

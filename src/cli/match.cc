@@ -124,7 +124,7 @@ int run_match(const MatchOptions& options) {
 void add_match(CLI::App& app, Action& action) {
   CLI::App* command = add_command(
       app, "match", "Fit contenders to measured motion, and say which one moves as the robot does",
-      {{"assay match pendulum.xml --log pendulum_*.csv --contenders mujoco-euler,ode-quick --out matched", "joints"},
+      {{"assay match pendulum.xml --log pendulum_*.csv --contenders mujoco-euler,dart --out matched", "joints"},
        {"assay match cube.xml --log tosses.csv.xz --config match.toml --out matched", "a thrown body"},
        {"assay match pendulum.xml --log pendulum.csv --check", "what the logs can tell"}});
   const auto options = std::make_shared<MatchOptions>();

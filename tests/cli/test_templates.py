@@ -52,7 +52,7 @@ LINES = {
         ("src/report/report.cc", r"namespace assay \{", "\nnlohmann::json template_data(const Store& store);"),
         ("src/report/report.cc", r"json data = \{\{\"format\", kReportFormat\},", '\n          {"template", template_data(store)},'),
         ("web/src/main.ts", r"import \{ gate \} from \"./tables/gate\";", '\nimport { template } from "./tables/template";'),
-        ("web/src/main.ts", r"  add\(part\(\"gate\".*", '\n  add(part("template", "Template", ""), "Template", () => [template(report)]);')],
+        ("web/src/main.ts", r"  add\(folded\(\"gate\".*", '\n  add(part("template", "Template", ""), "Template", () => [template(report)]);')],
 }
 
 ROWS = {"a measure of pairs": "a measure"}  # of docs/extending.md, where the name is another

@@ -72,6 +72,7 @@ class Builder {
     spec_->compiler.inertiafromgeom = mjINERTIAFROMGEOM_FALSE;
     spec_->compiler.usethread = false;
     set_options(settings, model.gravity, spec_->option);
+    if (!kIslandsTakeCouplings && !model.couplings.empty()) set_islands(false, spec_->option);
     const bool listed = compliance_.is_set() || settings.get<std::string>("contact_pairs") == "explicit";
     const ContactPlan plan = plan_contacts(model, tree_, listed);
     if (!plan.filter_parents) spec_->option.disableflags |= mjDSBL_FILTERPARENT;
