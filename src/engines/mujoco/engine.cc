@@ -10,6 +10,7 @@
 #include "engines/adapter.h"
 #include "library.h"
 #include "options.h"
+#include "release.h"
 #include "world.h"
 
 namespace assay::mujoco {

@@ -76,7 +76,7 @@ inline int control_of(const mjModel& model, int actuator) {
 inline constexpr bool kIslandsTakeCouplings = !kIslandsByDefault || ASSAY_MUJOCO >= 3005000;
 
 // What the newest release no longer does. Bounds: about 1.15 times what the tests measure.
-inline std::vector<Deviation> former_deviations(const Settings& settings) {
+inline std::vector<Deviation> former_deviations([[maybe_unused]] const Settings& settings) {
   std::vector<Deviation> former;
 #if ASSAY_MUJOCO < 3007000
   const char* open =
