@@ -6,7 +6,7 @@
 #   setup/setup.sh [--tests]
 #   setup/setup.sh --builds BUILD...  also sets up these builds of the engines (setup/builds.txt), on demand
 #   setup/setup.sh --robots  fetches real robots (setup/pip/robots.txt) instead: some 600 MB, on demand
-#   setup/setup.sh --match   makes the environment of `assay match`'s optimiser (setup/pip/match.txt) instead: 170 MB, on demand
+#   setup/setup.sh --match   makes the environment of `assay match`'s optimiser (setup/pip/match.txt) instead: 240 MB, on demand
 #   setup/setup.sh --engines NAME...|all  sets up these engines instead, on demand: those with a Python environment
 #                            (src/engines/NAME/requirements.txt), which are large, and those that are not of the core
 #                            (src/engines/NAME/about.toml); NAME@RELEASE, NAME@all: releases of one (src/engines/NAME/releases.txt)

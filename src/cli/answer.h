@@ -6,5 +6,6 @@
 namespace assay {
 
 void print(const Answer& answer);
+void print_markdown(const Answer& answer);
 
 }  // namespace assay

@@ -8,12 +8,14 @@
 #include <set>
 
 #include <fmt/format.h>
+#include <tinyxml2.h>
 
 #include "base/errors.h"
 #include "base/json.h"
 #include "base/output_file.h"
 #include "base/quantity.h"
 #include "base/text.h"
+#include "base/write_file.h"
 #include "bisect/probes.h"
 #include "bisect/releases.h"
 #include "cli/answer.h"
@@ -40,9 +42,9 @@ constexpr int kMostProbeLines = 12;
 struct BisectOptions {
   ExplainRequest request;
   ModelOptions model;  // or a results directory
-  std::optional<std::string> control, engine, contender, from, to, repeat, out;
+  std::optional<std::string> control, engine, contender, from, to, repeat, out, junit;
   PolicyOptions policy;
-  bool quick = false, speed = false, json = false, no_set_up = false;
+  bool quick = false, speed = false, json = false, markdown = false, no_set_up = false;
   const CLI::App* command = nullptr;
 };
 
@@ -223,6 +225,46 @@ void add_change(const std::string& robot, const ResolvedContender& contender, co
     answer.fact("further", fmt::format("assay explain {} {} {}", robot, in_build(contender.base, before),
                                        in_build(contender.base, after)));
   }
+}
+
+// One test for each step from one release that ran to the next: it fails where the motion changed by more than rounding.
+std::string junit_text(const std::string& robot, const std::vector<Stage>& stages,
+                       const std::vector<MeasuredRelease>& measured, const std::vector<Explained>& explained) {
+  tinyxml2::XMLPrinter xml;
+  xml.PushHeader(false, true);
+  xml.OpenElement("testsuite");
+  xml.PushAttribute("name", ("assay bisect " + robot).c_str());
+  std::optional<size_t> before;
+  for (size_t i = 0; i < stages.size(); ++i) {
+    const std::string& failure = measured[i].result.failure;
+    if (!before && failure.empty()) {
+      before = i;
+      continue;
+    }
+    xml.OpenElement("testcase");
+    xml.PushAttribute("classname", robot.c_str());
+    const std::string from = before ? stages[*before].release : "nothing";
+    xml.PushAttribute("name", fmt::format("{} to {}", from, stages[i].release).c_str());
+    if (!failure.empty()) {
+      xml.OpenElement("skipped");
+      xml.PushAttribute("message", failure.c_str());
+      xml.CloseElement();
+    } else {
+      for (const Explained& of : explained) {
+        if (of.rounding || of.change.after <= *before || of.change.after > i) continue;
+        xml.OpenElement("failure");
+        xml.PushAttribute("message", fmt::format("the motion changed by {} in the mean, {} at most",
+                                                 distance_text(of.size.mean), distance_text(of.size.largest))
+                                         .c_str());
+        for (const ProbeChange& each : of.probes) xml.PushText((probe_change_text(each) + "\n").c_str());
+        xml.CloseElement();
+      }
+      before = i;
+    }
+    xml.CloseElement();
+  }
+  xml.CloseElement();
+  return xml.CStr();
 }
 
 // ---- the command --------------------------------------------------------------------------------------------------------
@@ -418,8 +460,11 @@ int run_bisect(const BisectOptions& options) {
     file.write(dump_json(json) + "\n");
     file.finish();
   }
+  if (options.junit) write_file(*options.junit, junit_text(question.model.name, stages, measured, explained));
   if (options.json) {
     print_json(json);
+  } else if (options.markdown) {
+    print_markdown(answer);
   } else {
     print(answer);
   }
@@ -470,7 +515,12 @@ void add_bisect(CLI::App& app, Action& action) {
   command->add_option("--out", options->out, "Folder for bisect.json, what --json prints")->type_name("DIR");
   command->add_flag("--no-set-up", options->no_set_up, "Use the releases that are set up, and say which are not")
       ->disable_flag_override();
-  command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();
+  CLI::Option* json = command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();
+  command->add_flag("--markdown", options->markdown, "Print Markdown, as for a CI's summary")
+      ->disable_flag_override()
+      ->excludes(json);
+  command->add_option("--junit", options->junit, "JUnit file: a test for each step between releases")
+      ->type_name("FILE");
   add_load_options(*command, options->model);
   command->footer(command->get_footer() +
                   "\nStatus 1: the motion changed between two\nreleases by more than rounding.\n");

@@ -30,7 +30,7 @@ std::string interpreter() {
 
 void Optimiser::require_environment() {
   if (std::filesystem::exists(interpreter())) return;
-  throw InputError("the optimiser of 'assay match' (SciPy and pycma) is not set up: run ./assay setup match (110 MB)");
+  throw InputError("the optimiser of 'assay match' (SciPy and pycma) is not set up: run ./assay setup match (240 MB)");
 }
 
 Optimiser::Optimiser(const nlohmann::json& task) {
