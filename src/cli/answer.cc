@@ -22,7 +22,8 @@ void print_markdown(const Answer& answer) {
   for (const AnswerPart& part : answer.parts()) {
     print(fmt::format("### {}\n\n", part.heading));
     for (const AnswerLine& line : part.lines) {
-      print(line.label.empty() ? fmt::format("- {}\n", line.text) : fmt::format("- **{}:** {}\n", line.label, line.text));
+      print(line.label.empty() ? fmt::format("- {}\n", line.text)
+                               : fmt::format("- **{}:** {}\n", line.label, line.text));
     }
     print("\n");
     if (part.columns.empty()) continue;

@@ -227,7 +227,8 @@ void add_change(const std::string& robot, const ResolvedContender& contender, co
   }
 }
 
-// One test for each step from one release that ran to the next: it fails where the motion changed by more than rounding.
+// One test for each step from one release that ran to the next: it fails where the motion changed by more than
+// rounding.
 std::string junit_text(const std::string& robot, const std::vector<Stage>& stages,
                        const std::vector<MeasuredRelease>& measured, const std::vector<Explained>& explained) {
   tinyxml2::XMLPrinter xml;
