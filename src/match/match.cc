@@ -229,7 +229,6 @@ class Matcher {
       if (in(&Fold::training)) answer.training.push_back(question_.logs[i].name);
       if (in(&Fold::held_out)) answer.held_out.push_back(question_.logs[i].name);
     }
-    began_ = std::chrono::steady_clock::now();
     std::vector<Raw> raws;
     for (const std::string& name : question_.contenders) {
       raws.push_back(contender(name));
@@ -257,6 +256,7 @@ class Matcher {
       if (raw_from(earlier, key, found)) return found;
     }
     current_ = name;
+    if (ended_fits_ == 0) began_ = std::chrono::steady_clock::now();  // earlier ones were read from their files
     try {
       measure(resolved, key, raw);
     } catch (const EngineError& error) {
@@ -317,11 +317,12 @@ class Matcher {
       options.record =
           (fs::path(question_.out) / "evaluations" / fmt::format("{}-{}-{}.jsonl", name, f, key.substr(0, 12)))
               .string();
-      const int before = done_, rest = static_cast<int>(folds.size() - f) * budget_;
-      options.progress = [&, before, rest](int done, int) { tell(before + done, done, rest); };
+      const size_t later = (question_.contenders.size() - done_contenders_) * folds.size() - f - 1;
+      options.progress = [&, later](int done, int) { tell(done, later); };
       const Fit found = fit(evaluator, question_.model, windows_, windows_of(WindowUse::kFit, folds[f].training),
                             result.parameters, options);
-      done_ = before + found.evaluations;
+      done_ += found.evaluations;
+      ++ended_fits_;
       result.evaluations += found.evaluations;
       if (f + 1 == folds.size()) result.fit = found;
       score(evaluator, found, folds[f], result.parameters, perturbed, untuned, raw.scored);
@@ -381,18 +382,16 @@ class Matcher {
     }
   }
 
-  // Of `spent` candidates of this contender.
-  void tell(int, int done, int rest) {
+  // `done` candidates of a fit, after which `later` fits follow. A fit is expected to take as many as those before it,
+  // the first one its budget.
+  void tell(int done, size_t later) {
     if (!progress_) return;
     const double spent_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
-    ++told_;
-    const auto contenders = static_cast<double>(question_.contenders.size());
-    const double share =
-        (static_cast<double>(done_contenders_) + std::min(1.0, static_cast<double>(done) / std::max(1, rest))) /
-        contenders;
+    const double each = ended_fits_ > 0 ? static_cast<double>(done_) / ended_fits_ : budget_;
+    const double left = std::max(0.0, each - done) + static_cast<double>(later) * each;
     progress_(fmt::format("{} ({} of {}): {} candidates, about {} left", current_, done_contenders_ + 1,
                           question_.contenders.size(), done,
-                          duration_label(spent_s * (1 - share) / std::max(share, 1e-3))));
+                          duration_label(spent_s * left / std::max(1, done_ + done))));
   }
 
   void judge(std::vector<Raw>& raws, MatchAnswer& answer) const {
@@ -542,7 +541,7 @@ class Matcher {
   std::vector<Fold> folds_;
   MotionScales scales_;
   Interrupts interrupts_;
-  int budget_ = 0, done_ = 0, told_ = 0;
+  int budget_ = 0, done_ = 0, ended_fits_ = 0;  // done_: candidates of the fits that have ended
   size_t done_contenders_ = 0;
   std::string current_;
   std::chrono::steady_clock::time_point began_;
