@@ -27,7 +27,7 @@ import packed  # noqa: E402
 import standing  # noqa: E402
 
 sys.path.insert(0, str(ROOT / "docs"))
-from tables import contacts as contact_tables, engines as engine_tables, self_consistency  # noqa: E402
+from tables import contacts as contact_tables, engines as engine_tables, reality, self_consistency  # noqa: E402
 
 RESULTS = "docs/results.md"
 CONTACTS = "docs/lab/contact-truth.md"
@@ -1204,6 +1204,41 @@ def passed_limits(runs):
 def flat(text):
     """Without line ends and the marks of quotations."""
     return " ".join(re.sub(r"^> ", "", text, flags=re.M).split())
+
+
+# ---- docs/reality.md -----------------------------------------------------------------------------------------------------
+
+REALITY = "docs/reality.md"
+
+
+@functools.cache
+def measured_motion(name):
+    folder = max(ROOT.glob("results/reality-20[0-9][0-9]-*"))
+    return reality.answer(folder, name)
+
+
+@sentence(REALITY)
+def errors_of_the_double_pendulum(runs):
+    """All means again from the errors of single logs, and the program's own beside them."""
+    found = measured_motion("double-pendulum")
+    for each in reality.ranked(found):
+        for which, of in (("held_out", "held_out"), ("untuned", "untuned"), ("floor", "floor"), ("held_out_short", "held_out_short")):
+            assert math.isclose(each.mean(which), each.found[of]["joints_deg"], rel_tol=1e-9), (each.name, which)
+        assert math.isclose(each.mean("held_out"), each.found["score"]["value"], rel_tol=1e-9), each.name
+    return reality.errors_table(found).strip().split("\n")[2:]
+
+
+@sentence(REALITY)
+def as_good_as_the_best(runs):
+    found = measured_motion("double-pendulum")
+    best, *equal = reality.as_good_as_best(found)
+    own = {each["contender"]: each["as_good_as_best"] for each in found["contenders"] if not each["failure"]}
+    assert own == {name: name in (best, *equal) for name in own}, own
+    order = reality.ranked(found)
+    low, high = min(each.mean("held_out") for each in order), max(each.mean("held_out") for each in order)
+    raw = [each.mean("untuned") for each in order]
+    return (f"The fit takes the error over 2 s from {min(raw):.1f}° to {max(raw):.1f}° as the file says to {low:.1f}° to {high:.1f}°: the parameters matter more than the"
+            f" engine. {len(equal) + 1} of {len(order)} contenders are as good as the best, `{best}`.")
 
 
 def check(report, only=None):

@@ -492,6 +492,12 @@ class Matcher {
 
   static void warn(ContenderResult& result) {
     for (const std::string& name : result.fit.at_bound) {
+      const auto at = std::ranges::find(result.parameters, name, &Parameter::name);
+      const auto index = static_cast<size_t>(at - result.parameters.begin());
+      if (at->lower == 0 && result.fit.values[index] < at->upper / 2) {
+        result.warnings.push_back(fmt::format("'{}' has ended at 0: the logs ask for none of it", name));
+        continue;
+      }
       result.warnings.push_back(fmt::format(
           "'{}' has ended at its bound: widen it with [fit] \"{}\" = [lower, upper], or keep the model's value "
           "with = false",

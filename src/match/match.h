@@ -1,5 +1,5 @@
 // Which contender, with which parameters, moves as a robot was measured to: each is fitted to the same logs with the
-// same effort and judged by logs that it has not seen. docs/guide.md has an example.
+// same effort and judged by logs that it has not seen. docs/reality.md has the definitions.
 #pragma once
 
 #include <cstdint>
