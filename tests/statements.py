@@ -27,7 +27,7 @@ import packed  # noqa: E402
 import standing  # noqa: E402
 
 sys.path.insert(0, str(ROOT / "docs"))
-from tables import contacts as contact_tables, engines as engine_tables, reality, self_consistency  # noqa: E402
+from tables import contacts as contact_tables, engines as engine_tables, reality, releases as release_tables, self_consistency  # noqa: E402
 
 RESULTS = "docs/results.md"
 CONTACTS = "docs/lab/contact-truth.md"
@@ -1239,6 +1239,19 @@ def as_good_as_the_best(runs):
     raw = [each.mean("untuned") for each in order]
     return (f"The fit takes the error over 2 s from {min(raw):.1f}° to {max(raw):.1f}° as the file says to {low:.1f}° to {high:.1f}°: the parameters matter more than the"
             f" engine. {len(equal) + 1} of {len(order)} contenders are as good as the best, `{best}`.")
+
+
+# ---- docs/releases.md ----------------------------------------------------------------------------------------------------
+
+@sentence("docs/releases.md")
+def a_humanoid_through_the_releases_of_mujoco(runs):
+    found = release_tables.course(max(ROOT.glob("results/releases-20[0-9][0-9]-*")) / "humanoid.json.xz")
+    ran = [each["release"] for each in found["releases"] if each["run"]]
+    assert ran == [each["release"] for each in found["releases"]], ran
+    for change in found["changes"]:  # neighbours, and only those whose bits differ
+        before, after = (next(each for each in found["releases"] if each["release"] == change[side]) for side in ("before", "after"))
+        assert ran.index(change["after"]) == ran.index(change["before"]) + 1 and before["bits"] != after["bits"], change
+    return release_tables.releases_table(found).strip().split("\n")[2:]
 
 
 def check(report, only=None):
