@@ -32,12 +32,12 @@ QUESTIONS = [
 TOUCHING = ("humanoid", "grasp", "capsules-27")
 
 
-def quantity(value, unit):
-    """Two significant digits with a prefix."""
+def quantity(value, unit, count=2):
+    """`count` significant digits with a prefix."""
     if value == 0:
         return f"0 {unit}"
     scale, prefix = next(((s, p) for s, p in SI if abs(value) >= 0.9995 * s), SI[-1])
-    number = float(f"{value / scale:.2g}")
+    number = float(f"{value / scale:.{count}g}")
     return f"{number:g} {prefix}{unit}"
 
 

@@ -8,6 +8,7 @@ import lzma
 import pathlib
 
 from .common import DOCS, table, write
+from .engines import quantity
 
 
 def course(path):
@@ -15,16 +16,10 @@ def course(path):
     return json.loads(lzma.decompress(text) if path.suffix == ".xz" else text)
 
 
-def metres(value):
-    """As the program writes distances: below 1 nm nothing is told apart."""
-    scale, prefix = next(((s, p) for s, p in ((1, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n")) if value >= 0.9995 * s), (0, ""))
-    return f"{value / scale:.3g} {prefix}m" if scale else "< 1 nm"
-
-
 def releases_table(found):
     rows = []
     for change in found["changes"]:
-        what = "rounding" if change["rounding"] else f"{metres(change['distance_m'])} in the mean, {metres(change['largest_m'])} at most"
+        what = "rounding" if change["rounding"] else f"{quantity(change['distance_m'], 'm', 3)} in the mean, {quantity(change['largest_m'], 'm', 3)} at most"
         causes = list(dict.fromkeys(f"{probe['probe']} ({probe['condition']})" if probe["condition"] else probe["probe"] for probe in change["probes"]))
         restored = ", ".join(f"`{each['setting']}`" for each in change["restoring"][:2])
         shown = ", ".join(causes[:3]) + (f" and {len(causes) - 3} more" if len(causes) > 3 else "")

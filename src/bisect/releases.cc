@@ -107,16 +107,10 @@ std::vector<MeasuredRelease> ReleaseRunner::run(const std::vector<Side>& sides, 
     mean.joint_error = std::max(mean.joint_error, own.joint_error);
     mean.limit = std::max(mean.limit, own.limit);
   };
-  const MakeRuns make = worker_runner({.model = question_.spec,
-                                       .control = question_.control_spec,
-                                       .duration_s = question_.seconds(),
-                                       .timestep_ms = question_.timestep_ms,
-                                       .sample_ms = question_.sample_ms,
-                                       .states = question_.states,
-                                       .policy = question_.control->policy() != nullptr,
-                                       .jobs = question_.jobs,
-                                       .progress = progress_,
-                                       .on_run = on_run});
+  RunPlan plan = question_.plan();
+  plan.progress = progress_;
+  plan.on_run = on_run;
+  const MakeRuns make = worker_runner(std::move(plan));
   std::vector<RunSet> sets = make(sides, starts);
   for (size_t i = 0; i < sides.size(); ++i) {
     measured[i].result.release = sides[i].name;

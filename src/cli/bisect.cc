@@ -20,15 +20,11 @@
 #include "bisect/releases.h"
 #include "cli/answer.h"
 #include "cli/commands.h"
-#include "cli/control_options.h"
-#include "cli/model_options.h"
+#include "cli/explain_options.h"
 #include "engines/builds.h"
-#include "engines/engine_files.h"
-#include "engines/facts.h"
 #include "engines/registry.h"
 #include "engines/releases.h"
 #include "explain/robots.h"
-#include "isolate/contained.h"
 #include "measures/statistics.h"
 #include "run/coordinator/set_up.h"
 
@@ -39,13 +35,9 @@ constexpr int kRestoringStarts = 3;
 constexpr int kSpeedRounds = 15;
 constexpr int kMostProbeLines = 12;
 
-struct BisectOptions {
-  ExplainRequest request;
-  ModelOptions model;  // or a results directory
-  std::optional<std::string> control, engine, contender, from, to, repeat, out, junit;
-  PolicyOptions policy;
-  bool quick = false, speed = false, json = false, markdown = false, no_set_up = false;
-  const CLI::App* command = nullptr;
+struct BisectOptions : ExplainOptions {
+  std::optional<std::string> engine, contender, from, to, repeat, out, junit;
+  bool quick = false, speed = false, markdown = false, no_set_up = false;
 };
 
 // One of what is compared, in order: a release, or a repetition of one.
@@ -271,16 +263,7 @@ std::string junit_text(const std::string& robot, const std::vector<Stage>& stage
 // ---- the command --------------------------------------------------------------------------------------------------------
 
 int run_bisect(const BisectOptions& options) {
-  ExplainRequest request = options.request;
-  request.model = options.model.model;
-  request.load = load_options(options.model);
-  const std::vector<std::string> words = given_words(*options.command, kModelGroup);
-  if (!words.empty()) request.load_option = words.front();
-  request.policy_given = options.policy.any();
-  request.control_given = options.control || request.policy_given;
-  if (!holds_results(request.model)) {
-    request.control = control_given(options.control, options.policy).value_or(ControlSpec());
-  }
+  ExplainRequest request = request_of(options);
   const ResolvedContender contender = contender_asked(options);
   const std::string engine = contender.engine->name();
   const std::vector<std::string> asked = releases_asked(options, engine);
@@ -291,15 +274,7 @@ int run_bisect(const BisectOptions& options) {
     obtain_releases(named);
   }
   request.a = request.b = contender.base;
-  rehearse(
-      fmt::format("reading '{}'", request.model),
-      [&] {
-        const ExplainQuestion question = explain_question(request);
-        question.control->rehearse();
-      },
-      model_caches());
-  const ExplainQuestion question = explain_question(request);
-  tell_notes(question.model);
+  const ExplainQuestion question = read_question(request);
   const auto samples = static_cast<size_t>(question.samples) + 1;
   const double tolerance = rounding_gap(question);
 
@@ -483,11 +458,7 @@ void add_bisect(CLI::App& app, Action& action) {
        {"assay bisect cart_pole.xml --engine mujoco --policy-config policy.toml --quick", "under a policy, by halves"},
        {"assay bisect humanoid --engine mujoco --from 3.7.0 --to 3.7.0 --repeat 20", "the noise of one release"}});
   const auto options = std::make_shared<BisectOptions>();
-  options->command = command;
-  ExplainRequest& request = options->request;
-  command->add_option("ROBOT", options->model.model, "MJCF or URDF file, a system's name, or a results directory")
-      ->required()
-      ->type_name("");
+  add_robot(*command, *options, "ROBOT");
   command->add_option("--engine", options->engine, "Engine with releases, as mujoco: its first contender is run")
       ->type_name("ENGINE");
   command->add_option("--contender", options->contender, "Contender of the engine to run instead")
@@ -500,19 +471,7 @@ void add_bisect(CLI::App& app, Action& action) {
       ->disable_flag_override();
   command->add_option("--repeat", options->repeat, "Repetitions of one release instead (--from and --to the same)")
       ->type_name("N");
-  command
-      ->add_option("--control", options->control,
-                   "passive, sine, actuators, hold, random, or a CSV file of torques (default: actuators)")
-      ->type_name("CONTROL");
-  add_policy_options(*command, options->policy);
-  command
-      ->add_option("--timestep", request.timestep,
-                   "Timestep in milliseconds, also as a fraction (default: the policy's of training, else 1)")
-      ->type_name("MS");
-  command->add_option("--seconds", request.seconds, "Length of a run (default: 2, under a policy 4)")->type_name("S");
-  command->add_option("--seeds", request.seeds, "Perturbed starts (default: 10)")->type_name("N");
-  command->add_option("--system", request.system, "System, if the results hold several")->type_name("NAME");
-  command->add_option("--jobs", request.jobs, "Runs at a time (default: one a core)")->type_name("N");
+  add_run_options(*command, *options);
   command->add_option("--out", options->out, "Folder for bisect.json, what --json prints")->type_name("DIR");
   command->add_flag("--no-set-up", options->no_set_up, "Use the releases that are set up, and say which are not")
       ->disable_flag_override();

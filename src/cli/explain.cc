@@ -17,14 +17,9 @@
 #include "check/parity/certificate.h"
 #include "cli/answer.h"
 #include "cli/commands.h"
-#include "cli/control_options.h"
-#include "cli/model_options.h"
-#include "engines/engine_files.h"
-#include "engines/facts.h"
-#include "explain/question.h"
+#include "cli/explain_options.h"
 #include "explain/robots.h"
 #include "explain/runs.h"
-#include "isolate/contained.h"
 
 namespace assay::cli {
 namespace {
@@ -171,62 +166,23 @@ void add_remaining(const Explanation& found, Answer& answer) {
 
 // ---- the command --------------------------------------------------------------------------------------------------------
 
-struct ExplainOptions {
-  ExplainRequest request;
-  ModelOptions model;  // or a results directory
-  std::optional<std::string> control;
-  PolicyOptions policy;
-  bool json = false;
-  const CLI::App* command = nullptr;
-};
-
-ExplainRequest request_of(const ExplainOptions& options) {
-  ExplainRequest request = options.request;
-  request.model = options.model.model;
-  request.load = load_options(options.model);
-  const std::vector<std::string> words = given_words(*options.command, kModelGroup);
-  if (!words.empty()) request.load_option = words.front();
-  request.policy_given = options.policy.any();
-  request.control_given = options.control || request.policy_given;
-  // of results it is refused in a sentence of its own
-  if (!holds_results(request.model)) {
-    request.control = control_given(options.control, options.policy).value_or(ControlSpec());
-  }
-  return request;
-}
-
 int run_explain(const ExplainOptions& options) {
   const ExplainRequest request = request_of(options);
-  rehearse(
-      fmt::format("reading '{}'", request.model),
-      [&] {
-        const ExplainQuestion question = explain_question(request);
-        question.control->rehearse();
-      },
-      model_caches());
-  const ExplainQuestion question = explain_question(request);
-  tell_notes(question.model);
+  const ExplainQuestion question = read_question(request);
   const Pairing pairing = question.pairing();
   const double tolerance = rounding_gap(question);
   ProgressLine progress;
   ProgressClock::time_point since = ProgressClock::now();
-  const MakeRuns runner = worker_runner({.model = question.spec,
-                                         .control = question.control_spec,
-                                         .duration_s = question.seconds(),
-                                         .timestep_ms = question.timestep_ms,
-                                         .sample_ms = question.sample_ms,
-                                         .states = question.states,
-                                         .policy = question.control->policy() != nullptr,
-                                         .jobs = question.jobs,
-                                         .progress = [&](size_t done, size_t of) {
-                                           if (done <= 1) since = ProgressClock::now();
-                                           if (!progress.due() || done == 0) return;
-                                           const double spent_s =
-                                               std::chrono::duration<double>(ProgressClock::now() - since).count();
-                                           const auto left = static_cast<double>(of - done) / static_cast<double>(done);
-                                           progress.show(fmt::format("{}: {} of {} runs, {} left", question.model.name,
-                                                                     done, of, duration_label(spent_s * left)));
-                                         }});
+  RunPlan plan = question.plan();
+  plan.progress = [&](size_t done, size_t of) {
+    if (done <= 1) since = ProgressClock::now();
+    if (!progress.due() || done == 0) return;
+    const double spent_s = std::chrono::duration<double>(ProgressClock::now() - since).count();
+    const auto left = static_cast<double>(of - done) / static_cast<double>(done);
+    progress.show(
+        fmt::format("{}: {} of {} runs, {} left", question.model.name, done, of, duration_label(spent_s * left)));
+  };
+  const MakeRuns runner = worker_runner(plan);
   Swaps swaps;
   Json certificates = Json::array();
   const auto candidates = [&] {
@@ -286,32 +242,17 @@ void add_explain(CLI::App& app, Action& action) {
                    {"assay explain humanoid ode-quick ode-step --control hold --timestep 2", "under another control"},
                    {"assay explain my_robot.xml dart dart --change-b damping=2", "what one change does"}});
   const auto options = std::make_shared<ExplainOptions>();
-  options->command = command;
   ExplainRequest& request = options->request;
-  command->add_option("MODEL", options->model.model, "MJCF or URDF file, a system's name, or a results directory")
-      ->required()
-      ->type_name("");
+  add_robot(*command, *options, "MODEL");
   command->add_option("A", request.a, "Contender")->required()->type_name("");
   command->add_option("B", request.b, "Contender that parts from it")->required()->type_name("");
-  command
-      ->add_option("--control", options->control,
-                   "passive, sine, actuators, hold, random, or a CSV file of torques (default: actuators)")
-      ->type_name("CONTROL");
-  add_policy_options(*command, options->policy);
-  command
-      ->add_option("--timestep", request.timestep,
-                   "Timestep in milliseconds, also as a fraction (default: the policy's of training, else 1)")
-      ->type_name("MS");
-  command->add_option("--seconds", request.seconds, "Length of a run (default: 2, under a policy 4)")->type_name("S");
-  command->add_option("--seeds", request.seeds, "Perturbed starts (default: 10)")->type_name("N");
-  command->add_option("--system", request.system, "Of results with several systems, the one")->type_name("NAME");
+  add_run_options(*command, *options);
   for (const auto& [name, changes, meaning] :
        {std::tuple("--change-a", &request.changes_a,
                    "Changes A, as in armature=off, gear:knee=-1, set:iterations=50; may be repeated"),
         std::tuple("--change-b", &request.changes_b, "The same of B")}) {
     command->add_option(name, *changes, meaning)->type_name("CHANGE")->allow_extra_args(false);
   }
-  command->add_option("--jobs", request.jobs, "Runs at a time (default: one a core)")->type_name("N");
   command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();
   add_load_options(*command, options->model);
   command->callback([&action, options] { action = [options] { return run_explain(*options); }; });

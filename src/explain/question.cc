@@ -147,6 +147,17 @@ bool holds_results(const std::string& given) {
   return std::filesystem::is_directory(given, error);
 }
 
+RunPlan ExplainQuestion::plan() const {
+  return {.model = spec,
+          .control = control_spec,
+          .duration_s = seconds(),
+          .timestep_ms = timestep_ms,
+          .sample_ms = sample_ms,
+          .states = states,
+          .policy = control->policy() != nullptr,
+          .jobs = jobs};
+}
+
 ExplainQuestion explain_question(const ExplainRequest& request) {
   ExplainQuestion question;
   double seconds = request.policy_given || holds_results(request.model) ? kPolicySeconds : kSeconds;

@@ -8,6 +8,7 @@
 
 #include "controls/changes/swaps.h"
 #include "controls/control.h"
+#include "explain/runs.h"
 #include "load/load_options.h"
 #include "measures/initial_states.h"
 #include "run/messages/messages.h"
@@ -40,6 +41,7 @@ struct ExplainQuestion {
   long long samples = 0;  // of a run, without its initial state
 
   double seconds() const { return 1e-3 * sample_ms * static_cast<double>(samples); }
+  RunPlan plan() const;  // its progress and what else is told are the caller's
   Pairing pairing() const { return {&model, control_spec, control.get(), a, b, timestep_ms}; }
 };
 

@@ -308,33 +308,16 @@ std::vector<WindowError> Windows::compare(const Window& window, const std::vecto
   return errors;
 }
 
-namespace {
-
-WindowError over_samples(const std::vector<WindowError>& samples) {
-  WindowError error;
-  const auto count = static_cast<double>(samples.size());
-  for (const WindowError& sample : samples) {
-    error.joints += sample.joints * sample.joints / count;
-    error.position += sample.position / count;
-    error.rotation += sample.rotation / count;
-    error.failed |= sample.failed;
-  }
-  error.joints = std::sqrt(error.joints);
-  return error;
-}
-
-}  // namespace
-
 std::vector<WindowError> Windows::sample_errors(const Window& window, const MatchRun& run) const {
   return compare(window, compared(window, run, joints_), window.measured);
 }
 
 WindowError Windows::error(const Window& window, const MatchRun& run) const {
-  return over_samples(sample_errors(window, run));
+  return mean_error(sample_errors(window, run));
 }
 
 WindowError Windows::distance(const Window& window, const MatchRun& a, const MatchRun& b) const {
-  return over_samples(compare(window, compared(window, a, joints_), compared(window, b, joints_)));
+  return mean_error(compare(window, compared(window, a, joints_), compared(window, b, joints_)));
 }
 
 MatchWindow Windows::perturbed(const Window& window, std::uint64_t seed) const {
