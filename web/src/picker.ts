@@ -145,7 +145,7 @@ export function picker(report: Report, palette: Palette): HTMLElement {
     const next: [string, number][] = [[name, Number((10 * largest).toPrecision(12))], ...others];
     const view = viewOf(question.system);
     const [other] = pick(view, { asked: next.map(([each, most]) => ({ name: each, largest: most, text: "" })), realtime: question.realtime }).passing;
-    if (!other || other === best) return [];
+    if (!other || (other.point.contender === best.point.contender && other.point.timestep_ms === best.point.timestep_ms)) return [];
     const click = () => change({ ...question, limits: next }, true);
     const faster = other.speed.value / best.speed.value;
     return [el("p", { class: "pick-what-if" }, el("button", { type: "button", class: "link", click }, `Accept ${limitText(view, name, next[0]![1])}`), `: ${plain(faster, 2)} times faster, ${other.point.contender} at ${timestep(other.point.timestep_ms)} ms`)];
