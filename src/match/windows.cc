@@ -282,7 +282,7 @@ std::vector<WindowError> Windows::compare(const Window& window, const std::vecto
     const size_t at = s * row;
     WindowError error;
     if (at + row > a.size() || at + row > b.size()) {
-      error = {kLostDegrees, kLostPercent, kLostDegrees, true};
+      error = {kLostDegrees, kLostPercent, kHalfTurn, true};
       errors.push_back(error);
       continue;
     }

@@ -43,11 +43,11 @@ struct WindowError {
   double joints = 0;    // RMS over samples and joints, degrees or mm
   double position = 0;  // mean over samples, % of the size
   double rotation = 0;  // mean over samples, degrees
-  bool failed = false;  // the run ended early, or never began: counts as kLostError from there on
+  bool failed = false;  // the run ended early, or never began: counts as lost from there on
 };
 
-// The most that one sample counts: beyond it a simulation says nothing of the motion.
-inline constexpr double kLostDegrees = 90, kLostPercent = 200;
+// The most that one sample counts: beyond it a simulation says nothing of the motion. A rotation is half a turn at most.
+inline constexpr double kLostDegrees = 90, kLostPercent = 200, kHalfTurn = 180;
 
 class Windows {
  public:

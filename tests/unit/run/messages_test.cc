@@ -71,7 +71,8 @@ std::vector<Reply> replies() {
           SessionReady{3, 2e-8},
           Prepared{kEnding, 0.5, 1e-5},
           Sampled{kEnding, 0.5, 0.6, 0.7, 0.01, 0.25, 3, {1, 2, 3}},
-          SingleSteps{kEnding, 0.5, 1, 2, 3}};
+          SingleSteps{kEnding, 0.5, 1, 2, 3},
+          MatchSimulated{{{kEnding, {1.0 / 3, -0.0, 1e-300}}, {{}, {}}}, 0.25}};
 }
 
 // Every message, as its line and as the function that reads such a line and writes it once more.
@@ -129,6 +130,19 @@ TEST(Messages, EveryMemberIsWritten) {
   EXPECT_EQ(subject.at("contender").size(), member_count<ContenderSpec>());
 }
 
+TEST(Messages, APackedSeriesIsWholeOrRefused) {
+  const auto again = [](std::string_view line) { return to_line(parse_reply(line)); };
+  json message = json::parse(to_line(MatchSimulated{{{{}, {1.5}}}, 0}));
+  const json::json_pointer samples("/runs/0/samples");
+  EXPECT_EQ(message.at(samples), "3ff8000000000000");
+  message[samples] = "3ff800000000000";
+  EXPECT_EQ(refusal(again, message), "'simulated.runs[0].samples' has half a number");
+  message[samples] = "3ff800000000000G";
+  EXPECT_EQ(refusal(again, message), "'simulated.runs[0].samples' is not hexadecimal");
+  message[samples] = {1.5};
+  EXPECT_EQ(refusal(again, message), "'simulated.runs[0].samples' is not a text (array)");
+}
+
 TEST(Messages, NumbersKeepTheirBits) {
   const auto done = std::get<JobDone>(parse_reply(to_line(replies()[0])));
   const CellResult& cell = done.cells.at(0);
@@ -141,6 +155,16 @@ TEST(Messages, NumbersKeepTheirBits) {
   const auto test = std::get<TestResult>(parse_reply(to_line(replies()[1])));
   EXPECT_EQ(test.figure, 1e-9);
   EXPECT_EQ(test.tolerance, std::nullopt);
+  const double infinity = std::numeric_limits<double>::infinity();
+  const auto packed = std::get<MatchSimulated>(
+      parse_reply(to_line(MatchSimulated{{{{}, {-1.0 / 3, -0.0, 1e-300, infinity, -std::nan("")}}}, 0})));
+  const std::vector<double>& samples = packed.runs.at(0).samples;
+  EXPECT_EQ(samples.size(), 5U);
+  EXPECT_EQ(samples[0], -1.0 / 3);
+  EXPECT_TRUE(samples[1] == 0 && std::signbit(samples[1]));
+  EXPECT_EQ(samples[2], 1e-300);
+  EXPECT_EQ(samples[3], infinity);
+  EXPECT_TRUE(std::isnan(samples[4]));
   const auto job = std::get<RunJob>(parse_request(to_line(requests()[0])));
   EXPECT_EQ(job.seed, 7U);
   EXPECT_EQ(job.subject.contender.overrides, kContender.overrides);
