@@ -22,6 +22,7 @@
 #include "engines/registry.h"
 #include "isolate/contained.h"
 #include "load/mjcf.h"
+#include "match/like.h"
 
 namespace assay::cli {
 namespace {
@@ -29,7 +30,7 @@ namespace {
 struct MatchOptions {
   ModelOptions model;
   std::vector<std::string> logs, contenders, fit;
-  std::string config, out;
+  std::string config, like, out;
   std::optional<std::string> timestep, jobs, budget, seed;
   bool check = false, json = false;
 };
@@ -51,7 +52,15 @@ match::FitRequest fit_request(const std::string& text) {
   return request;
 }
 
+// But for the motion of --like.
 match::MatchQuestion question_of(const MatchOptions& options) {
+  if (options.logs.empty() && options.like.empty()) {
+    throw InputError(
+        "--log FILE is missing: it names measured motion; or give --like CONTENDER to fit to another contender");
+  }
+  if (!options.logs.empty() && !options.like.empty()) {
+    throw InputError("--log and --like exclude each other: fit to measured motion, or to that of a contender");
+  }
   match::MatchQuestion question;
   question.spec = {
       .path = find_model(options.model.model), .hash = "", .load = load_options(options.model), .variant = {}};
@@ -64,8 +73,13 @@ match::MatchQuestion question_of(const MatchOptions& options) {
   }
   if (options.seed)
     question.config.seed = static_cast<std::uint64_t>(parse_count("--seed", *options.seed, 0, 1'000'000'000));
-  question.logs = match::read_logs(options.logs, question.model, question.config);
-  question.check = match::check_logs(question.model, question.config, question.logs);
+  question.like = options.like;
+  if (options.like.empty()) {
+    question.logs = match::read_logs(options.logs, question.model, question.config);
+    question.check = match::check_logs(question.model, question.config, question.logs);
+  } else {
+    static_cast<void>(Registry::instance().resolve(options.like));
+  }
   question.contenders = options.contenders;
   for (const std::string& name : question.contenders) static_cast<void>(Registry::instance().resolve(name));
   if (options.timestep) question.timestep_ms = parse_positive("--timestep", *options.timestep, "milliseconds");
@@ -74,6 +88,16 @@ match::MatchQuestion question_of(const MatchOptions& options) {
                                : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   question.out = options.out;
   return question;
+}
+
+// The motion of --like in place of logs.
+void take_motion(match::MatchQuestion& question) {
+  question.logs = match::motions_like(question.spec, question.model,
+                                      {question.like, question.timestep_ms, question.config.seed, question.jobs});
+  if (!question.model.joints.empty()) question.config.law = match::DriveLaw::kTorque;
+  question.config.torque_median = 1;  // there are no glitches
+  match::check_names(question.logs, question.config);
+  question.check = match::check_logs(question.model, question.config, question.logs);
 }
 
 int run_match(const MatchOptions& options) {
@@ -85,6 +109,7 @@ int run_match(const MatchOptions& options) {
       fmt::format("reading '{}' and its logs", options.model.model), [&] { static_cast<void>(read()); },
       model_caches());
   match::MatchQuestion question = read();
+  if (!question.like.empty()) take_motion(question);
   if (options.check) {
     if (options.json) {
       print_json(match::check_json(question.check));
@@ -96,7 +121,8 @@ int run_match(const MatchOptions& options) {
   if (question.contenders.empty()) {
     for (const Engine* engine : Registry::instance().engines()) {
       const std::vector<Contender> contenders = engine->contenders();
-      if (!contenders.empty() && engine->name() != "null") question.contenders.push_back(contenders.front().name);
+      if (contenders.empty() || engine->name() == "null" || contenders.front().name == question.like) continue;
+      question.contenders.push_back(contenders.front().name);
     }
   }
   make_own_folder(options.out);
@@ -126,11 +152,16 @@ void add_match(CLI::App& app, Action& action) {
       app, "match", "Fit contenders to measured motion, and say which one moves as the robot does",
       {{"assay match pendulum.xml --log pendulum_*.csv --contenders mujoco-euler,dart --out matched", "joints"},
        {"assay match cube.xml --log tosses.csv.xz --config match.toml --out matched", "a thrown body"},
-       {"assay match pendulum.xml --log pendulum.csv --check", "what the logs can tell"}});
+       {"assay match pendulum.xml --log pendulum.csv --check", "what the logs can tell"},
+       {"assay match my_robot.xml --like mujoco-euler --contenders dart,ode-quick --out like",
+        "which parameters make other engines move as MuJoCo does"}});
   const auto options = std::make_shared<MatchOptions>();
   command->add_option("--log", options->logs, "Measured motion, CSV or .npz; several may be given")
-      ->required()
       ->type_name("FILE...");
+  command
+      ->add_option("--like", options->like,
+                   "Fit to this contender in place of logs: motions from drawn starts, joints under random torques")
+      ->type_name("CONTENDER");
   command->add_option("--config", options->config, "What the columns are, what drives, what is held out and fitted")
       ->type_name("FILE");
   command->add_option("--contenders", options->contenders, "Contenders (default: the first one of each engine)")

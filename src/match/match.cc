@@ -102,7 +102,7 @@ MeasuredLog part_of(const MeasuredLog& log, size_t from, size_t to, const std::s
 
 // What a contender's result depends on.
 std::string key_of(const MatchQuestion& question, const std::string& contender) {
-  std::string text = fmt::format("match 1 {} {} {} {} {}\n", question.spec.hash, contender, question.timestep_ms,
+  std::string text = fmt::format("match 2 {} {} {} {} {}\n", question.spec.hash, contender, question.timestep_ms,
                                  question.budget, question.config.seed);
   const auto add = [&](const auto& numbers) {
     for (const auto& number : numbers) text += fmt::format("{},", number);

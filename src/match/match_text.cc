@@ -72,6 +72,7 @@ Json match_json(const MatchQuestion& question, const MatchAnswer& answer) {
   Json json;
   json["model"] = question.model.name;
   json["model_hash"] = question.spec.hash;
+  if (!question.like.empty()) json["like"] = question.like;
   json["timestep_ms"] = question.timestep_ms;
   json["seed"] = question.config.seed;
   json["windows"] = answer.whole
@@ -148,7 +149,8 @@ Json match_json(const MatchQuestion& question, const MatchAnswer& answer) {
 
 Answer match_text(const MatchQuestion& question, const MatchAnswer& answer) {
   Answer text;
-  text.part(fmt::format("{}: which contender moves as measured", question.model.name));
+  text.part(fmt::format("{}: which contender moves as {}", question.model.name,
+                        question.like.empty() ? "measured" : question.like + " does"));
   text.line(fmt::format("{} to fit, {} held out{}; timestep {} ms", counted(answer.training.size(), "log", "logs"),
                         counted(answer.held_out.size(), "log", "logs"), answer.leave_one_out ? ", each once" : "",
                         shortest(question.timestep_ms)));
