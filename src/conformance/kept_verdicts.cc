@@ -1,5 +1,6 @@
 #include "conformance/kept_verdicts.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <limits>
 #include <optional>
@@ -106,6 +107,10 @@ std::vector<ConformanceResult> kept_verdicts(const std::string& path) {
 }
 
 void keep_verdicts(const std::string& path, const std::vector<ConformanceResult>& results) {
+  const bool started = std::ranges::any_of(results, [](const ConformanceResult& each) {
+    return each.status == ConformanceStatus::kPass || each.status == ConformanceStatus::kDeviation;
+  });
+  if (!started) return;
   std::error_code error;
   std::filesystem::create_directories(std::filesystem::path(path).parent_path(), error);
   try {

@@ -16,7 +16,8 @@ std::string kept_verdicts_file(const std::string& folder, const std::string& con
 // The verdicts in the file, in the order in which the tests ran; empty where there are none, or anything else.
 std::vector<ConformanceResult> kept_verdicts(const std::string& path);
 
-// Keeps them, as well as the folder can be written. What was not run is no verdict: leave it out.
+// Keeps them, as well as the folder can be written. What was not run is no verdict: leave it out. An engine that fails
+// every test did not even start, as where its files are gone: nothing is kept.
 void keep_verdicts(const std::string& path, const std::vector<ConformanceResult>& results);
 
 }  // namespace assay

@@ -159,6 +159,20 @@ class Match(AssayTest):
         self.assertLess(abs(self.parameter(contender, "friction")["value"] - 0.35), 0.05 * 0.35)
         self.assertLess(contender["held_out"]["position_percent"], 2)
 
+    def test_a_contender_in_place_of_logs(self):
+        self.write("pendulum.xml", pendulum(damping=0.06, mass=0.5))
+        found = self.matched("pendulum.xml", "--like", "mujoco-rk4", "--contenders", "mujoco-euler", "--fit", "damping=0,0.5", "--budget", "60")
+        self.assertEqual((found["like"], len(found["training"]), len(found["held_out"])), ("mujoco-rk4", 4, 2))
+        contender = found["contenders"][0]
+        for start in contender["starts"]:  # wherever they begin
+            self.assertLess(abs(start[0] - 0.06), 0.05 * 0.06, contender["starts"])
+        self.assertLess(contender["held_out"]["joints_deg"], 0.5)
+        # a thrown body; the contender itself does the same from the first states that its samples tell
+        self.write("cube.xml", CUBE.format(friction=0.25, height=0.05, quat="1 0 0 0", velocity="0 0 0 0 0 0"))
+        found = self.matched("cube.xml", "--like", "mujoco-euler", "--contenders", "mujoco-euler", "--fit", "friction", "--budget", "10", out="thrown")
+        self.assertEqual((len(found["training"]), len(found["held_out"])), (16, 8))
+        self.assertLess(found["contenders"][0]["untuned"]["position_percent"], 3)
+
     def test_what_cannot_be_fitted_is_refused(self):
         self.write("pendulum.xml", pendulum(damping=0.02, mass=0.4))
         log = self.swings(count=1)[0]
@@ -170,6 +184,13 @@ class Match(AssayTest):
         ]:
             with self.subTest(arguments=arguments):
                 self.refused("match", "pendulum.xml", "--log", log, "--out", "out", *arguments, naming=words)
+        for arguments, words in [
+            ([], ["--log", "--like"]),
+            (["--log", log, "--like", "mujoco-euler"], ["--log", "--like", "exclude"]),
+            (["--like", "mujoco-eulr"], ["mujoco-eulr", "mujoco-euler"]),
+        ]:
+            with self.subTest(arguments=arguments):
+                self.refused("match", "pendulum.xml", "--out", "out", *arguments, naming=words)
 
 
 if __name__ == "__main__":
