@@ -230,6 +230,7 @@ class Information:
 
     def bootstrap(self, resamples, seed):
         """Solutions of resampled clusters by one Newton step each, from the solution."""
+        from scipy import stats
         rng = np.random.default_rng([seed, 77])
         count = len(self.slopes)
         prior = self.prior()
@@ -239,7 +240,10 @@ class Information:
             curvature = np.tensordot(times, self.curvatures, axes=1) + prior
             slope = np.tensordot(times, self.slopes, axes=1)
             steps.append(-np.linalg.solve(curvature, slope))
-        return np.array(steps) * self.size * math.sqrt(count / max(1, count - 1))
+        # a bootstrap of few clusters is too narrow: by the missing degree of freedom, and by Student's quantile, which of
+        # fewer than five says more of their number than of the data
+        few = math.sqrt(count / max(1, count - 1)) * stats.t.ppf(0.975, max(4, count - 1)) / stats.norm.ppf(0.975)
+        return np.array(steps) * self.size * few
 
 
 def elsewhere(problem, found, task):
