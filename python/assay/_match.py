@@ -89,6 +89,8 @@ class LogCheck:
 
 def _files(logs: Any, folder: pathlib.Path) -> list[str]:
     """Paths of logs; tables are written as files into `folder`."""
+    if logs is None:
+        return []
     if isinstance(logs, (str, os.PathLike)):
         return [os.fspath(logs)]
     if hasattr(logs, "to_csv"):
@@ -127,7 +129,8 @@ def check_logs(model: Path, logs: Any, *, config: Optional[Path] = None, **optio
 
 def match(model: Path, logs: Any, out: Path, *, config: Optional[Path] = None, **options: Any) -> Match:
     """Fits contenders to measured motion, and says which of them moves as the robot does. `logs` as in check_logs(); tables
-    are kept in `out`. Options are those of `assay match`: match(file, logs, "matched", contenders=["mujoco-euler", "dart"])."""
+    are kept in `out`. Options are those of `assay match`: match(file, logs, "matched", contenders=["mujoco-euler", "dart"]).
+    None in place of logs fits to another contender: match(file, None, "matched", like="mujoco-euler")."""
     files = _files(logs, pathlib.Path(out) / "logs")
     _program.call("match", *_arguments(model, files, config, options), "--out", os.fspath(out))
     return Match(out)

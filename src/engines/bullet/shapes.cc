@@ -1,7 +1,11 @@
 #include "shapes.h"
 
 #include <algorithm>
+#include <map>
+#include <mutex>
+#include <string>
 
+#include <BulletCollision/CollisionShapes/btConvexPolyhedron.h>
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 
 #include "convert.h"
@@ -70,13 +74,38 @@ std::unique_ptr<btCollisionShape> make_cylinder(const Shape& shape) {
   return cylinder;
 }
 
+// Faces and edges of hulls by their vertices. Bullet takes up to 0.1 s to find those of a mesh, and a robot is made
+// anew for every window that is timed.
+class KnownFeatures {
+ public:
+  void give(const Hull& hull, btConvexHullShape& shape) {
+    const auto* numbers = reinterpret_cast<const char*>(hull.vertices.data());
+    const std::string key(numbers, hull.vertices.size() * sizeof(Vec3));
+    const std::lock_guard lock(mutex_);
+    if (const auto found = known_.find(key); found != known_.end()) {
+      shape.setPolyhedralFeatures(*found->second);
+      return;
+    }
+    shape.initializePolyhedralFeatures();
+    if (known_.size() >= kMost) known_.clear();
+    known_.emplace(key, std::make_unique<btConvexPolyhedron>(*shape.getConvexPolyhedron()));
+  }
+
+ private:
+  static constexpr size_t kMost = 1000;
+
+  std::mutex mutex_;
+  std::map<std::string, std::unique_ptr<btConvexPolyhedron>> known_;
+};
+
 // Without margin, which would inflate the hull.
 std::unique_ptr<btCollisionShape> make_hull(const Hull& hull) {
+  static KnownFeatures features;
   auto made = std::make_unique<btConvexHullShape>();
   for (const Vec3& vertex : hull.vertices) made->addPoint(to_bt(vertex), false);
   made->recalcLocalAabb();
   made->setMargin(0);
-  made->initializePolyhedralFeatures();
+  features.give(hull, *made);
   return made;
 }
 

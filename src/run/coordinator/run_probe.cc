@@ -1,6 +1,7 @@
 #include "run/coordinator/run_probe.h"
 
 #include <algorithm>
+#include <functional>
 #include <iterator>
 
 #include <fmt/format.h>
@@ -68,16 +69,26 @@ void probe_speeds(RunShared& run, const Work& work, Speeds& speeds) {
   }
   pool.run({});
   // Systems without a time, also those whose probe took too long. The probe of an engine that fails has answered 0.
-  const auto interpolate = [&](const std::vector<int>& systems, int c) {
-    for (std::map<std::pair<int, int>, double>* times : {&speeds.step_us, &speeds.starts.instance_s}) {
-      std::map<double, double> known;
-      for (const int s : systems) {
-        const auto found = times->find({s, c});
-        if (found != times->end() && found->second > 0) known[static_cast<double>(size(s))] = found->second;
-      }
-      if (known.empty()) continue;
-      for (const int s : systems) times->try_emplace({s, c}, time_at_size(known, static_cast<double>(size(s))));
+  // What an instance takes grows with its meshes: two robots of equally many bodies may differ a thousandfold.
+  const auto size_of_instance = [&](int s) {
+    const Model& model = run.system(s).model;
+    size_t vertices = 0;
+    for (const Hull& hull : model.hulls) vertices += hull.vertices.size();
+    return static_cast<double>(model.bodies.size() + vertices);
+  };
+  const auto interpolate_one = [&](std::map<std::pair<int, int>, double>& times, const std::vector<int>& systems, int c,
+                                   const std::function<double(int)>& size_of) {
+    std::map<double, double> known;
+    for (const int s : systems) {
+      const auto found = times.find({s, c});
+      if (found != times.end() && found->second > 0) known[size_of(s)] = found->second;
     }
+    if (known.empty()) return;
+    for (const int s : systems) times.try_emplace({s, c}, time_at_size(known, size_of(s)));
+  };
+  const auto interpolate = [&](const std::vector<int>& systems, int c) {
+    interpolate_one(speeds.step_us, systems, c, [&](int s) { return static_cast<double>(size(s)); });
+    interpolate_one(speeds.starts.instance_s, systems, c, size_of_instance);
   };
   for (const auto& [name, systems] : families) interpolate(systems, name.second);
   for (const auto& [c, queue] : queues) {
