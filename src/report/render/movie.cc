@@ -139,7 +139,7 @@ int write_movie(const Scene& scene, const std::vector<Cell>& cells, const std::v
   }
   progress.clear();
   partial.rename_to(request.out);
-  message(fmt::format("'{}': {} of '{}', {} frames of {:.4g} ms{}", request.out, counted(parts.size(), "panel"),
+  message(fmt::format("'{}': {} of '{}', {} frames of {:.4g} ms{}", request.out, counted(parts.size(), "run"),
                       request.system, frames, frame_ms, speed));
   return exits::kDone;
 }
