@@ -18,7 +18,9 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-std::string in(const MatchQuestion& question, const char* name) { return (fs::path(question.out) / name).string(); }
+std::string path_in(const MatchQuestion& question, const char* name) {
+  return (fs::path(question.out) / name).string();
+}
 
 json contenders_json(const MatchQuestion& question) {
   json rows = json::array();
@@ -54,24 +56,24 @@ void begin_folder(const MatchQuestion& question) {
   const std::string key = match_key(question);
   facts["question"] = key;
   facts["started"] = date_text(unix_time());
-  if (std::ifstream file(in(question, kManifestFile)); file) {
+  if (std::ifstream file(path_in(question, kManifestFile)); file) {
     const json earlier = json::parse(file, nullptr, /*allow_exceptions=*/false);
     if (earlier.is_object() && earlier.value("facts", json::object()).value("question", json()) == key) {
       facts["started"] = earlier["facts"].value("started", facts["started"]);
     }
   }
   const json manifest = {{"facts", facts}, {"contenders", contenders_json(question)}};
-  write_file(in(question, kManifestFile), dump_json(manifest, 1) + "\n");
-  write_file(in(question, kLogsFile), dump_json(check_json(question.check)) + "\n");
+  write_file(path_in(question, kManifestFile), dump_json(manifest, 1) + "\n");
+  write_file(path_in(question, kLogsFile), dump_json(check_json(question.check)) + "\n");
 }
 
 std::vector<std::string> write_answer(const MatchQuestion& question, const MatchAnswer& answer) {
   std::vector<std::string> notes;
   if (answer.to_do.empty()) {
-    notes = write_fitted_models(question, answer, in(question, "models"));
+    notes = write_fitted_models(question, answer, path_in(question, "models"));
     write_motion(question.out, question.model, scene_of_question(question), question.timestep_ms, answer.motion);
   }
-  write_file(in(question, kAnswerFile), dump_json(match_json(question, answer), 1) + "\n");
+  write_file(path_in(question, kAnswerFile), dump_json(match_json(question, answer), 1) + "\n");
   return notes;
 }
 

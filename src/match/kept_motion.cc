@@ -132,7 +132,7 @@ json columns_json(const KeptLog& log, const KeptRun& run, size_t joints) {
   return columns;
 }
 
-[[noreturn]] void refuse(const std::string& dir, const std::string& why) {
+[[noreturn]] void refuse_motion(const std::string& dir, const std::string& why) {
   throw InputError(
       fmt::format("'{}/{}' is not what `assay match` writes ({}): run the match again", dir, kMotionFile, why));
 }
@@ -154,7 +154,10 @@ KeptLog kept_log(const Model& model, const Windows& windows, const std::vector<s
     (back ? from : to) = next;
     return true;
   };
-  while (grow(true) | grow(false)) continue;
+  for (bool more = true; more;) {
+    const bool before = grow(true), after = grow(false);
+    more = before || after;
+  }
   KeptLog log;
   chosen.assign(of_log.begin() + static_cast<std::ptrdiff_t>(from),
                 of_log.begin() + static_cast<std::ptrdiff_t>(to) + 1);
@@ -251,7 +254,7 @@ json read_motion(const std::string& dir) {
   std::ifstream file(fs::path(dir) / kMotionFile);
   if (!file) return nullptr;
   json motion = json::parse(file, nullptr, /*allow_exceptions=*/false);
-  if (!motion.is_object() || motion.value("format", json()) != 1) refuse(dir, "it is no JSON of format 1");
+  if (!motion.is_object() || motion.value("format", json()) != 1) refuse_motion(dir, "it is no JSON of format 1");
   try {
     for (const json& log : motion.at("logs")) {
       const size_t samples = log.at("time_s").size();
@@ -260,9 +263,9 @@ json read_motion(const std::string& dir) {
       for (const json& run : log.at("runs")) {
         static_cast<void>(run.at("contender").get<std::string>() + run.at("ended").get<std::string>());
         const json& values = run.at("values");
-        if (values.size() != columns) refuse(dir, "a run has other quantities than its log");
+        if (values.size() != columns) refuse_motion(dir, "a run has other quantities than its log");
         for (const json& column : values) {
-          if (column.size() != samples) refuse(dir, "a run has other samples than its log");
+          if (column.size() != samples) refuse_motion(dir, "a run has other samples than its log");
         }
       }
       static_cast<void>(log.at("log").get<std::string>() + log.at("roles").dump() + log.at("windows").dump());
@@ -270,7 +273,7 @@ json read_motion(const std::string& dir) {
     static_cast<void>(motion.at("scene").at("bodies").size() + motion.at("scene").at("hinges").size());
     static_cast<void>(motion.at("timestep_ms").get<double>());
   } catch (const json::exception&) {
-    refuse(dir, "a member is missing or of another type");
+    refuse_motion(dir, "a member is missing or of another type");
   }
   return motion;
 }
@@ -280,7 +283,7 @@ std::vector<State> motion_states(const std::string& dir, const json& motion, con
   if (!address.is_string()) return {};
   const auto name = address.get<std::string>();
   if (name.find_first_not_of("0123456789abcdef") != std::string::npos)
-    refuse(dir, "a run has no address of its states");
+    refuse_motion(dir, "a run has no address of its states");
   const json& scene = motion.at("scene");
   auto kept =
       read_run((fs::path(dir) / kMotionFolder).string(), name, scene.at("bodies").size(), scene.at("hinges").size());

@@ -1,6 +1,8 @@
 #include "report/match_page.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -36,7 +38,7 @@ json read_json(const std::string& dir, const char* name) {
   return file ? json::parse(file, nullptr, /*allow_exceptions=*/false) : json();
 }
 
-json rounded(const json& number) {
+json four_digits(const json& number) {
   if (!number.is_number()) return nullptr;
   const auto value = number.get<double>();
   if (value == 0 || !std::isfinite(value)) return std::isfinite(value) ? json(0) : json();
@@ -50,15 +52,17 @@ json log_errors(const json& contenders, const std::vector<std::string>& names) {
   for (size_t i = 0; i < names.size(); ++i) place[names[i]] = i;
   json errors = json::array();
   for (const json& contender : contenders) {
-    json& own = errors.emplace_back(json{{"contender", contender.at("contender")}});
+    json& own = errors.emplace_back(json::object());
+    own["contender"] = contender.at("contender");
     for (const json& log : contender.value("logs", json::array())) {
       const auto found = place.find(log.at("log").get<std::string>());
       if (found == place.end()) continue;
-      for (const auto& [kind, figures] : {std::pair("fitted", log.at("held_out")), {"untuned", log.at("untuned")}}) {
+      for (const auto& [kind, figures] :
+           {std::pair("fitted", log.at("held_out")), std::pair("untuned", log.at("untuned"))}) {
         for (const auto& [figure, value] : figures.items()) {
           json& list = own[kind][figure];
           if (list.is_null()) list = json(std::vector<json>(names.size()));
-          list[found->second] = rounded(value);
+          list[found->second] = four_digits(value);
         }
       }
     }

@@ -200,13 +200,19 @@ class Match(AssayTest):
         self.assay("report", "killed")
         self.assertTrue((self.dir / "killed/report.html").is_file())
 
-    def test_a_match_in_which_all_fail_has_a_report(self):
+    def test_contenders_that_fail_are_in_the_report(self):
+        self.use_mishap_engine()
         self.write("pendulum.xml", pendulum(damping=0.02, mass=0.4))
-        self.matched("pendulum.xml", "--log", *self.swings(count=2), "--contenders", "null", "--fit", "damping", "--budget", "10", out="none")
+        arguments = ["pendulum.xml", "--log", *self.swings(count=2), "--fit", "damping", "--budget", "10"]
+        self.matched(*arguments, "--contenders", "mishap-refuse", out="none")
         page = self.assay_json("report", "none", "--json")["match"]
-        if page["contenders"][0]["failure"]:
-            self.assertTrue(page["answer"].startswith("No contender could be fitted"), page["answer"])
-            self.assertNotIn("motion", {key: value for key, value in page.items() if value})
+        self.assertIn("give it to somebody else", page["contenders"][0]["failure"])
+        self.assertTrue(page["answer"].startswith("No contender could be fitted"), page["answer"])
+        self.assertEqual(page["motion"], [])
+        self.matched(*arguments, "--contenders", "mishap-refuse,mujoco-euler", out="one")
+        page = self.assay_json("report", "one", "--json")["match"]
+        self.assertEqual([one["contender"] for one in page["contenders"]], ["mujoco-euler", "mishap-refuse"])
+        self.assertEqual({run["contender"] for run in page["motion"][0]["runs"]}, {"measured", "mujoco-euler"})
 
     def test_what_a_report_of_a_match_cannot_have_is_refused(self):
         self.write("pendulum.xml", pendulum(damping=0.02, mass=0.4))
