@@ -88,7 +88,7 @@ int print_data(const ReportOptions& options) {
 
 // Of measured motion there is one page, without a choice.
 int report_match(const ReportOptions& options) {
-  const std::pair<const char*, bool> given[] = {
+  const std::vector<std::pair<const char*, bool>> given = {
       {"--replays", !options.replays.empty()}, {"--against", options.against.has_value()},
       {"--history", !options.history.empty()}, {"--systems", !options.systems.empty()},
       {"--size", options.size.has_value()},    {"--claims", options.verdicts},

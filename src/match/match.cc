@@ -34,8 +34,8 @@ constexpr double kLimitS = 120;                           // of the runs that a 
 constexpr double kImpact = 0.05;                          // s that count as at an impact
 constexpr double kFence = 1.5;                            // interquartile ranges above the upper quartile
 constexpr double kOdd = 2;                                // times the median log: nobody explains it
-constexpr size_t kMostNumbers = 100'000;                  // that are kept of a log's motion
-constexpr size_t kLeastSamples = 200, kMostSamples = 1500;
+constexpr size_t kMostKeptNumbers = 100'000;                  // that are kept of a log's motion
+constexpr size_t kLeastKept = 200, kMostKept = 1500;
 
 // Which logs a fit sees and which it is judged by.
 struct Fold {
@@ -633,8 +633,8 @@ class Matcher {
         if (figures_of(own->fitted[w], windows_).score() > figures_of(own->fitted[worst], windows_).score()) worst = w;
       }
       const size_t columns = question_.model.joints.size() + 7 * windows_.bodies().size();
-      const size_t most = std::clamp<size_t>(kMostNumbers / (std::max<size_t>(1, columns) * (2 * shown.size() + 1)),
-                                             kLeastSamples, kMostSamples);
+      const size_t most = std::clamp<size_t>(kMostKeptNumbers / (std::max<size_t>(1, columns) * (2 * shown.size() + 1)),
+                                             kLeastKept, kMostKept);
       KeptLog kept =
           kept_log(question_.model, windows_, windows, worst, most, chosen.emplace_back(), strides.emplace_back());
       kept.log = name, kept.roles = roles;
