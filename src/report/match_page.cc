@@ -133,7 +133,8 @@ json page_data(const std::string& dir, json answer) {
   json motion = complete ? match::read_motion(dir) : json();
 
   json entries = json::array();
-  for (const auto& [key, value] : manifest.value("facts", json::object()).items()) {
+  const json facts = manifest.value("facts", json::object());
+  for (const auto& [key, value] : facts.items()) {
     if (value.is_string()) entries.push_back({{"key", key}, {"value", value}});
   }
   json contenders = json::array();
