@@ -34,7 +34,7 @@ constexpr double kLimitS = 120;                           // of the runs that a 
 constexpr double kImpact = 0.05;                          // s that count as at an impact
 constexpr double kFence = 1.5;                            // interquartile ranges above the upper quartile
 constexpr double kOdd = 2;                                // times the median log: nobody explains it
-constexpr size_t kMostKeptNumbers = 100'000;                  // that are kept of a log's motion
+constexpr size_t kMostKeptNumbers = 100'000;              // that are kept of a log's motion
 constexpr size_t kLeastKept = 200, kMostKept = 1500;
 
 // Which logs a fit sees and which it is judged by.

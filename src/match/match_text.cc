@@ -51,6 +51,15 @@ std::string text_of(const ErrorFigures& figures) {
   return parts.empty() ? "-" : join(parts, " / ");
 }
 
+// The same in a sentence: "21.7 % of its size and 17.5 deg".
+std::string in_words(const ErrorFigures& figures) {
+  std::vector<std::string> parts;
+  if (figures.joints_deg) parts.push_back(fmt::format("{:.3g} deg", *figures.joints_deg));
+  if (figures.position_percent) parts.push_back(fmt::format("{:.3g} % of the body's size", *figures.position_percent));
+  if (figures.rotation_deg) parts.push_back(fmt::format("{:.3g} deg", *figures.rotation_deg));
+  return parts.empty() ? "-" : join(parts, " and ");
+}
+
 // What became of each parameter: its value and interval, or why there is none.
 struct Verdict {
   std::string status;  // "fitted", "at its bound", "not identified"
@@ -81,15 +90,15 @@ std::string answer_text(const MatchQuestion& question, const MatchAnswer& answer
   const std::string over =
       answer.whole ? "over whole motions" : fmt::format("over {:g} s", question.config.report_window_s);
   text += fmt::format("{} moves as the robot did within {} {}, on logs that its fit did not see", best.contender,
-                      text_of(mean_of(best.logs, &LogResult::fitted)), over);
+                      in_words(mean_of(best.logs, &LogResult::fitted)), over);
   std::vector<std::string> good;
   for (const ContenderResult& result : answer.contenders) {
     if (result.failure.empty() && &result != &best && result.as_good_as_best) good.push_back(result.contender);
   }
   if (!good.empty()) text += "; as good: " + join(good, ", ");
-  text += fmt::format(". With the values of the model's file: {}", text_of(mean_of(best.logs, &LogResult::untuned)));
+  text += fmt::format(". With the values of the model's file: {}", in_words(mean_of(best.logs, &LogResult::untuned)));
   if (best.score.value > best.untuned_score.value) text += ", which is better than the fit";
-  return text + fmt::format(". Noise of the first states alone: {}.", text_of(mean_of(best.logs, &LogResult::floor)));
+  return text + fmt::format(". Noise of the first states alone: {}.", in_words(mean_of(best.logs, &LogResult::floor)));
 }
 
 Json match_json(const MatchQuestion& question, const MatchAnswer& answer) {

@@ -7,12 +7,12 @@ import { folded, Frame, mastheadOf, part } from "./frame";
 import { Palette } from "./palette";
 import { swatch } from "./plots/legend";
 import { contenderErrors, logErrors } from "./plots/match_errors";
-import { coordinates, kMeasured, MotionPlot, runName } from "./plots/motion";
+import { coordinates, kMeasured, MotionPlot, runName, type Coordinate } from "./plots/motion";
 import { measuredReplay } from "./replay/panel";
 import { roving } from "./roving";
 import { markContenders, state } from "./state";
 import { manifestTable } from "./tables/manifest";
-import { checks, fittedParameters, matchWarnings, ranking } from "./tables/matched";
+import { checks, fittedParameters, matchWarnings, phases, ranking } from "./tables/matched";
 
 // " deg" of the program's sentences as a reader writes it.
 function degrees(text: string): string {
@@ -61,10 +61,22 @@ function keptRuns(logs: MotionLog[]): string[] {
   return [...new Set(logs.flatMap((log) => log.runs.filter((run) => run.contender !== kMeasured).map(runName)))];
 }
 
+// Where the best contender is farthest from what was measured, by the range of the motion.
+function farthestCoordinate(log: MotionLog, all: Coordinate[]): Coordinate {
+  const [measured, run] = log.runs;
+  const far = (each: Coordinate) => {
+    const numbers = (values: (number | null)[]) => values.filter((value): value is number => value !== null);
+    const truth = numbers(each.values(measured!));
+    const off = numbers(each.residuals(run ?? measured!, measured!)).map(Math.abs);
+    return Math.max(0, ...off) / Math.max(each.least, Math.max(...truth) - Math.min(...truth));
+  };
+  return all.reduce((best, each) => (far(each) > far(best) ? each : best), all[0]!);
+}
+
 function motionPanel(match: Match, logs: MotionLog[], palette: Palette): HTMLElement {
   let log = logs[0]!;
   let all = coordinates(log);
-  let coordinate = all[0]!;
+  let coordinate = farthestCoordinate(log, all);
   const plot = new MotionPlot(palette, log, coordinate);
   const note = el("p", { class: "quiet note" });
   const name = (each: MotionLog) => `${each.log}: ${roleText(each, match)}`;
@@ -96,7 +108,7 @@ function motionPanel(match: Match, logs: MotionLog[], palette: Palette): HTMLEle
   return el(
     "figure",
     { class: "panel motion-panel" },
-    el("figcaption", {}, plot.saves, el("h3", {}, "Real and simulated motion"), el("div", { class: "replay-bar" }, el("label", {}, "Log ", logs_), el("label", {}, "of ", which))),
+    el("figcaption", {}, plot.saves, el("h3", {}, "Over time"), el("div", { class: "replay-bar" }, el("label", {}, "Log ", logs_), el("label", {}, "of ", which))),
     runButtons(keptRuns(logs), palette),
     plot.canvas,
     note,
@@ -129,7 +141,7 @@ export function buildMatch(report: Report, masthead: HTMLElement, nav: HTMLEleme
     const odd = match.odd_names ?? [];
     const text = odd.length > 0 ? `Odd logs, which no contender explains as it does the others: ${sentenceList(odd.slice(0, 5))}${odd.length > 5 ? ` and ${odd.length - 5} more` : ""}.` : "";
     const names = match.contenders.filter((one) => one.score).flatMap(({ contender }) => [contender, `${contender} untuned`]);
-    frame.add(part("logs", "Error by log", text), "Logs", () => [logs.length > 0 ? null : runButtons(names, palette), logErrors(match, palette)]);
+    frame.add(part("logs", "Error by log", text), "Logs", () => [logs.length > 0 ? null : runButtons(names, palette), logErrors(match, palette), phases(match, palette)]);
   }
   if (logs.length > 0) {
     frame.add(part("replays", "Replays", ""), "Replays", () => {

@@ -159,7 +159,8 @@ export function logErrors(match: Match, palette: Palette): HTMLElement {
     const height = 360;
     const frame = { left: 58, right: width - 12, top: 10, bottom: height - 30 };
     const drawing = svg("svg", { class: "accuracy match-logs", width, height, viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": label });
-    const y = logScale(all, [frame.bottom, frame.top], 0.5);
+    const names = Math.min(kMostNamed, odd.length);
+    const y = logScale(all, [frame.bottom, frame.top + 13 * names], 0.5);
     const x = (place: number) => frame.left + ((place + 0.5) / logs.length) * (frame.right - frame.left);
     drawing.append(grid(y, "y", frame.left, frame.right), frameOf(frame));
     for (const value of ticks(y, 30)) drawing.append(svg("text", { class: "tick", x: frame.left - 6, y: y(value) + 4, "text-anchor": "end" }, numberText(value)));
@@ -172,19 +173,18 @@ export function logErrors(match: Match, palette: Palette): HTMLElement {
       });
       drawing.append(group);
     }
-    // odd logs by their names, a line each where there is room
-    const top = match.logs.find((one) => one.contender === best)?.fitted?.[figure] ?? [];
-    let free = -Infinity;
-    let named = 0;
-    for (const [place, log] of logs.entries()) {
-      const name = match.held_out[log] ?? "";
-      const value = top[log] ?? null;
-      if (named >= kMostNamed || value === null || value <= 0 || !odd.includes(name) || x(place) + 8 < free) continue;
-      const text = svg("text", { class: "motion-mark-label", x: x(place) + 6, y: y(value) - 7 }, name);
-      drawing.append(text);
-      free = x(place) + 14 + textWidth(name, 11);
-      named += 1;
-    }
+    // the oddest logs by their names, each on a line of its own above its dots
+    odd.slice(0, kMostNamed).forEach((name, line) => {
+      const place = logs.findIndex((log) => match.held_out[log] === name);
+      const values = shown.flatMap(({ values }) => values[logs[place] ?? -1] ?? []);
+      if (place < 0 || values.length === 0) return;
+      const top = frame.top + 14 + 13 * line;
+      const right = x(place) + 6 + textWidth(name, 11) > frame.right;
+      drawing.append(
+        svg("line", { class: "match-odd", x1: x(place), x2: x(place), y1: top - 8, y2: y(Math.min(...values)) }),
+        svg("text", { class: "motion-mark-label", x: x(place) + (right ? -4 : 4), y: top, "text-anchor": right ? "end" : "start" }, name),
+      );
+    });
     canvas.append(drawing);
   };
   const redraw = drawContenders(canvas, draw);
@@ -197,5 +197,5 @@ export function logErrors(match: Match, palette: Palette): HTMLElement {
     const shown = series();
     return [["log", ...shown.map(({ name }) => name)], ...order().map((log) => [match.held_out[log] ?? "", ...shown.map(({ values }) => values[log] ?? null)])];
   };
-  return el("figure", { class: "panel" }, el("figcaption", {}, downloads(() => `${match.model}-logs`, canvas, rows), el("h3", {}, "Error by log"), figures.length > 1 ? el("p", { class: "sub" }, "Of ", choice) : null), canvas);
+  return el("figure", { class: "panel" }, el("figcaption", {}, downloads(() => `${match.model}-logs`, canvas, rows), el("h3", {}, "Each held-out log"), figures.length > 1 ? el("p", { class: "sub" }, "Of ", choice) : null), canvas);
 }

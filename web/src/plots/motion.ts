@@ -192,13 +192,20 @@ export class MotionPlot {
       const ends = order.slice(0, 40).filter((_, place) => place % 8 === 0).flatMap(({ sample }): [number, number][] => (values[sample] === null || values[sample] === undefined ? [] : [[x(time[sample]!), y(values[sample]!)]])); // prettier-ignore
       return { name, color: this.palette.look(name).color, ends };
     });
+    // below, where each differs most
+    const apart = runs.map(({ name, residuals }) => {
+      const order = residuals.map((value, sample) => ({ value, sample })).filter(({ value }) => value !== null).sort((a, b) => Math.abs(b.value!) - Math.abs(a.value!)); // prettier-ignore
+      return { name, color: this.palette.look(name).color, ends: order.slice(0, 3).map(({ value, sample }): [number, number] => [x(time[sample]!), r(value!)]) };
+    });
     const extreme = truth.map((value, sample) => ({ value, sample })).filter(({ value }) => value !== null).sort((a, b) => b.value! - a.value!); // prettier-ignore
     lines.unshift({ name: kMeasured, color: this.palette.look(kMeasured).color, ends: [0, 0.5, 1].map((share): [number, number] => {
       const one = extreme[Math.round(share * (extreme.length - 1))]!;
       return [x(time[one.sample]!), y(one.value!)];
     }) }); // prettier-ignore
-    const points = runs.flatMap(({ values }) => values).length > 6000 ? [] : [truth, ...runs.map(({ values }) => values)].flatMap((values) => values.flatMap((value, sample): [number, number][] => (value === null ? [] : [[x(time[sample]!), y(value)]]))); // prettier-ignore
-    drawing.append(endLabels(lines, points, upper));
+    const placed = (all: (number | null)[][], scale: (value: number) => number) =>
+      all.flatMap((values) => values.flatMap((value, sample): [number, number][] => (value === null ? [] : [[x(time[sample]!), scale(value)]])));
+    const points = placed([truth, ...runs.map(({ values }) => values)], y);
+    drawing.append(endLabels(lines, points, upper), endLabels(apart, placed(runs.map(({ residuals }) => residuals), r), lower));
     const cursor = svg("line", { class: "motion-cursor", y1: upper.top, y2: lower.bottom, visibility: "hidden" });
     drawing.append(cursor);
     const nearest = bisector((one: number) => one).center;

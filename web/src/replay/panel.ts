@@ -369,7 +369,7 @@ class ReplayPanel {
       const ghosts = this.chosen.filter((name) => this.run(name) !== this.solid);
       this.labels.style.gridTemplateColumns = "1fr";
       this.labels.append(el("div", { class: "replay-names" }, solid ? label(solid.contender) : null, ...ghosts.map((name) => label(name))));
-      if (solid) this.labels.querySelector("span")?.append(this.measured ? " (translucent)" : " (solid)");
+      if (solid) this.labels.querySelector("span")?.append(!this.measured ? " (solid)" : this.solid === 0 ? " (translucent)" : "");
     } else if (this.chosen.length === 0) {
       this.labels.append(el("div", {}, "No contender that the legend shows has a kept run."));
     } else {

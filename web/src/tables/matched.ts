@@ -1,7 +1,7 @@
 // Tables of measured motion: the ranking, what was fitted, what the logs' check found.
 import type { LogFinding, Match, MatchedContender, MatchedParameter } from "../data";
 import { el, type Child } from "../dom";
-import { plain, unitText } from "../format";
+import { plain, quantity, unitText } from "../format";
 import type { Palette } from "../palette";
 import { swatch } from "../plots/legend";
 import { scrollFrame } from "./sortable";
@@ -53,13 +53,27 @@ export function ranking(match: Match, palette: Palette): HTMLElement {
   return scrollFrame("Ranking of contenders by held-out logs", "Mean over held-out logs: of joints the root mean square, of free bodies the distance in percent of the body's size and the rotation.", table);
 }
 
+// Errors before, at and after the first impact; null where motions are not whole.
+export function phases(match: Match, palette: Palette): HTMLElement | null {
+  const contenders = match.contenders.filter((one) => (one.phases ?? []).length > 0);
+  const names = [...new Set(contenders.flatMap((one) => one.phases!.map(({ phase }) => phase)))];
+  if (names.length === 0) return null;
+  const cell = (one: MatchedContender, name: string) => {
+    const { phase, ...figures } = one.phases!.find((each) => each.phase === name) ?? { phase: "" };
+    return el("td", { class: "figure" }, phase ? errorText(figures as Record<string, number>) : "–");
+  };
+  const rows = contenders.map((one) => el("tr", {}, contenderName(palette, one.contender), ...names.map((name) => cell(one, name))));
+  const table = el("table", { class: "match-table" }, head("Contender", ...names.map((name) => name.charAt(0).toUpperCase() + name.slice(1))), el("tbody", {}, ...rows));
+  return el("div", { class: "panel" }, scrollFrame("Errors of fitted contenders by phase", "Fitted, over all held-out logs; at the first impact: the 50 ms from it on.", table));
+}
+
 function parameterCell(one: MatchedParameter | undefined): HTMLElement {
   if (!one) return el("td", { class: "figure quiet" }, "–");
   if (one.status === "not identified") {
     return el("td", { class: "figure", "data-status": one.status, title: one.with ? `only the combination ${one.with} is determined` : null }, el("span", { class: "quiet" }, "not identified"));
   }
-  const range = one.low !== null && one.high !== null ? `${plain(one.low)} to ${plain(one.high)}` : "";
-  return el("td", { class: "figure", "data-status": one.status }, plain(one.value), range ? el("small", { class: "match-range" }, range) : null, one.status === "fitted" ? null : el("small", { class: "match-bound" }, one.status));
+  const range = one.low !== null && one.high !== null ? `${quantity(one.low, "1")} to ${quantity(one.high, "1")}` : "";
+  return el("td", { class: "figure", "data-status": one.status }, quantity(one.value, "1"), range ? el("small", { class: "match-range" }, range) : null, one.status === "fitted" ? null : el("small", { class: "match-bound" }, one.status));
 }
 
 export function fittedParameters(match: Match, palette: Palette): Child[] {
@@ -71,7 +85,7 @@ export function fittedParameters(match: Match, palette: Palette): Child[] {
       "tr",
       {},
       el("th", { scope: "row", class: "sticky" }, parameter.name, parameter.unit ? el("small", { class: "match-range" }, unitText(parameter.unit)) : null),
-      el("td", { class: "figure" }, plain(parameter.model)),
+      el("td", { class: "figure" }, quantity(parameter.model, "1")),
       ...contenders.map((one) => parameterCell(one.parameters!.find(({ name }) => name === parameter.name))),
     ),
   );
