@@ -49,7 +49,7 @@ export function ranking(match: Match, palette: Palette): HTMLElement {
         ),
   );
   const waiting = match.to_do.map((name) => el("tr", {}, contenderName(palette, name), el("td", { colspan: "5", class: "quiet" }, "not fitted yet")));
-  const table = el("table", { class: "match-table" }, head("Contender", "Fitted", "Untuned", "Noise floor", "Against the best (95 %)", ""), el("tbody", {}, ...rows, ...waiting));
+  const table = el("table", { class: "match-table" }, head("Contender", "Fitted", "Untuned", "Noise floor", "Against the best (95 %)", "Note"), el("tbody", {}, ...rows, ...waiting));
   return scrollFrame("Ranking of contenders by held-out logs", "Mean over held-out logs: of joints the root mean square, of free bodies the distance in percent of the body's size and the rotation.", table);
 }
 
