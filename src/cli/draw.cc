@@ -15,6 +15,7 @@
 #include "cli/model_options.h"
 #include "engines/facts.h"
 #include "load/mjcf.h"
+#include "match/folder.h"
 #include "report/render/movie.h"
 #include "report/render/renderer.h"
 #include "report/render/shots.h"
@@ -34,6 +35,8 @@ struct DrawOptions {
   std::optional<std::string> size;
   std::string out;
 };
+
+constexpr double kShownLeastS = 2;  // a measured motion that is shorter is shown slowly
 
 bool is_movie(const std::string& out) { return out.ends_with(".mp4") || is_gif(out); }
 
@@ -150,12 +153,84 @@ int movie(const DrawOptions& options) {
   return write_movie(scene, store.cells(), parts, request, progress);
 }
 
+// Measured motion next to what contenders make of it: `where` is a folder of assay match, and a log or its role.
+struct MotionShown {
+  std::string log;
+  Scene scene;
+  std::vector<MoviePart> parts;  // what was measured first
+};
+
+MotionShown motion_shown(const DrawOptions& options) {
+  const std::string &dir = options.where[0], &name = options.where[1];
+  const nlohmann::json motion = match::read_motion(dir);
+  if (motion.is_null() || motion.at("logs").empty()) {
+    throw InputError(fmt::format("'{}' keeps no motion yet: let `assay match` end, or start it again", dir));
+  }
+  const nlohmann::json* log = match::kept_log_named(motion, name);
+  std::vector<std::string> names, contenders;
+  for (const nlohmann::json& each : motion.at("logs")) {
+    for (const nlohmann::json& role : each.at("roles")) names.push_back(role.get<std::string>());
+    names.push_back(each.at("log").get<std::string>());
+  }
+  if (log == nullptr) {
+    throw InputError(fmt::format("'{}' keeps no motion of '{}': it has {}{}", dir, name, join(names, ", "),
+                                 did_you_mean(name, names)));
+  }
+  for (const nlohmann::json& run : log->at("runs")) {
+    const auto contender = run.at("contender").get<std::string>();
+    if (contender != match::kMeasured && std::ranges::find(contenders, contender) == contenders.end()) {
+      contenders.push_back(contender);
+    }
+  }
+  for (const std::string& wanted : options.contenders) {
+    if (std::ranges::find(contenders, wanted) == contenders.end()) {
+      throw InputError(fmt::format("'{}' keeps no motion of '{}': it has {}{}", dir, wanted, join(contenders, ", "),
+                                   did_you_mean(wanted, contenders)));
+    }
+  }
+  MotionShown shown{log->at("log").get<std::string>(), parse_scene(motion.at("scene").dump()), {}};
+  for (const nlohmann::json& run : log->at("runs")) {
+    const auto contender = run.at("contender").get<std::string>();
+    const bool measured = contender == match::kMeasured, fitted = run.at("fitted").get<bool>();
+    const bool asked = options.contenders.empty()
+                           ? fitted || contender == contenders.front()
+                           : std::ranges::find(options.contenders, contender) != options.contenders.end();
+    if (!measured && !asked) continue;
+    shown.parts.push_back({.contender = measured ? contender : contender + (fitted ? ", fitted" : ", untuned"),
+                           .states = match::motion_states(dir, motion, run),
+                           .failure = run.at("ended").get<std::string>()});
+  }
+  if (shown.parts.front().states.empty()) {
+    throw InputError(
+        fmt::format("'{}' has no states of '{}' to draw: its log does not say where all bodies are", dir, shown.log));
+  }
+  return shown;
+}
+
+int motion_movie(const DrawOptions& options) {
+  if (options.timestep) throw InputError("--timestep runs contenders of a campaign again: leave it out for a match");
+  const auto [width, height] = parse_size(options.size.value_or(is_gif(options.out) ? "960x540" : "1920x1080"));
+  const MotionShown shown = motion_shown(options);
+  ProgressLine progress;
+  watch_for_interruption();
+  const MovieRequest request{.dir = options.where[0],
+                             .system = shown.log,
+                             .out = options.out,
+                             .width = width,
+                             .height = height,
+                             .slow_below_s = kShownLeastS};
+  return write_movie(shown.scene, {}, shown.parts, request, progress);
+}
+
 int draw(const DrawOptions& options) {
+  const bool of_match = options.where.size() == 2 && match::is_match_folder(options.where[0]);
   if (!is_movie(options.out)) {
     if (!options.contenders.empty() || options.timestep) {
       throw InputError(fmt::format("--{} is for a movie: give --out a name that ends in .mp4 or .gif",
                                    options.timestep ? "timestep" : "contenders"));
     }
+    if (of_match)
+      throw InputError("motion of a match is drawn as a movie: give --out a name that ends in .mp4 or .gif");
     return picture(options);
   }
   if (options.contender || options.time) {
@@ -163,7 +238,7 @@ int draw(const DrawOptions& options) {
                                  options.contender ? "contender" : "time"));
   }
   if (options.where.size() != 2) throw InputError("a movie shows measured runs: give a results directory and a system");
-  return movie(options);
+  return of_match ? motion_movie(options) : movie(options);
 }
 
 void add_picture_options(CLI::App& command, DrawOptions& options) {
@@ -204,10 +279,15 @@ void add_draw(CLI::App& app, Action& action) {
       {{"assay draw humanoid --out humanoid.png", "the initial state of a model"},
        {"assay draw results humanoid --contender ode-quick --time 1.5 --out fallen.png", "a state of a kept run"},
        {"assay draw results humanoid --out humanoid.mp4", "a movie of the kept runs of up to 12 contenders"},
+       {"assay draw matched worst --out worst.mp4",
+        "measured motion next to what contenders make of it, after assay match"},
        {"assay draw results grasp --contenders mujoco-euler,havok --timestep 4 --out grasp.gif",
         "runs these contenders again at 4 ms"}});
   const auto options = std::make_shared<DrawOptions>();
-  command->add_option("WHERE", options->where, "A model (file or system's name), or a results directory and a system")
+  command
+      ->add_option("WHERE", options->where,
+                   "A model (file or system's name), a results directory and a system, or a folder of assay match and "
+                   "worst, median, separating or a log that it keeps")
       ->required()
       ->expected(1, 2)
       ->type_name("MODEL|DIR SYSTEM");

@@ -1,7 +1,6 @@
 // `assay match`: which contender, with which parameters, moves as the robot was measured to.
 #include "match/match.h"
 
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -10,11 +9,9 @@
 
 #include "base/console.h"
 #include "base/errors.h"
-#include "base/json.h"
 #include "base/option_values.h"
 #include "base/paths.h"
 #include "base/text.h"
-#include "base/write_file.h"
 #include "cli/answer.h"
 #include "cli/commands.h"
 #include "cli/model_options.h"
@@ -22,7 +19,9 @@
 #include "engines/registry.h"
 #include "isolate/contained.h"
 #include "load/mjcf.h"
+#include "match/folder.h"
 #include "match/like.h"
+#include "report/match_page.h"
 
 namespace assay::cli {
 namespace {
@@ -125,23 +124,23 @@ int run_match(const MatchOptions& options) {
       question.contenders.push_back(contenders.front().name);
     }
   }
-  make_own_folder(options.out);
+  match::begin_folder(question);
   ProgressLine progress;
-  const match::MatchAnswer answer = match::match(question, [&](const std::string& text) {
-    if (progress.due()) progress.show(fmt::format("{}: {}", question.model.name, text));
-  });
+  const match::MatchAnswer answer = match::match(
+      question,
+      [&](const std::string& text) {
+        if (progress.due()) progress.show(fmt::format("{}: {}", question.model.name, text));
+      },
+      [&](const match::MatchAnswer& so_far) { match::write_answer(question, so_far); });
   progress.clear();
-  for (const std::string& note :
-       match::write_fitted_models(question, answer, (std::filesystem::path(options.out) / "models").string())) {
-    message(note);
-  }
-  const auto json = match::match_json(question, answer);
-  write_file((std::filesystem::path(options.out) / "match.json").string(), dump_json(json, 1) + "\n");
+  for (const std::string& note : match::write_answer(question, answer)) message(note);
   if (options.json) {
-    print_json(json);
+    print_json(match::match_json(question, answer));
   } else {
     print(match::match_text(question, answer));
   }
+  const std::string page = write_match_report(options.out);
+  if (!options.json) print(paragraph("report: " + page, 2));
   return kDone;
 }
 

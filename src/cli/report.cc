@@ -16,7 +16,9 @@
 #include "cli/commands.h"
 #include "cli/compare.h"
 #include "cli/report_parts.h"
+#include "match/folder.h"
 #include "report/kept_replays.h"
+#include "report/match_page.h"
 #include "report/views.h"
 #include "results/compare/history.h"
 #include "results/results.h"
@@ -84,6 +86,29 @@ int print_data(const ReportOptions& options) {
   return kDone;
 }
 
+// Of measured motion there is one page, without a choice.
+int report_match(const ReportOptions& options) {
+  const std::vector<std::pair<const char*, bool>> given = {
+      {"--replays", !options.replays.empty()}, {"--against", options.against.has_value()},
+      {"--history", !options.history.empty()}, {"--systems", !options.systems.empty()},
+      {"--size", options.size.has_value()},    {"--claims", options.verdicts},
+      {"--transfer", options.transfer}};
+  for (const auto& [name, is_given] : given) {
+    if (is_given) {
+      throw InputError(fmt::format("{} is for results of a campaign, and '{}' holds those of assay match: leave it out",
+                                   name, options.dir));
+    }
+  }
+  if (options.json) {
+    nlohmann::json data = match_report_data(options.dir);
+    data.erase("replays");
+    print(dump_json(data, 1) + "\n");
+    return kDone;
+  }
+  print(paragraph("report: " + write_match_report(options.dir), 2));
+  return kDone;
+}
+
 }  // namespace
 
 void add_replays(CLI::App& command, std::vector<std::string>& replays) {
@@ -109,6 +134,7 @@ void add_report(CLI::App& app, Action& action) {
                   {{"assay report results", "also while the campaign is running: shows the results so far"},
                    {"assay report results --replays 1,4,16", "also replays runs at these timesteps"},
                    {"assay report after --against before", "with a section on what changed"},
+                   {"assay report matched", "also of a folder of assay match"},
                    {"assay report results --claims", "only prints the verdicts on the paper's claims"},
                    {"assay report cart_pole-results --transfer", "only prints in which engines a policy works"}});
   const auto options = std::make_shared<ReportOptions>();
@@ -146,6 +172,7 @@ void add_report(CLI::App& app, Action& action) {
     options->verdicts = claims->count() > 0;
     if (options->markdown && !options->verdicts) throw CLI::RequiresError("--markdown", "--claims");
     action = [options] {
+      if (match::is_match_folder(options->dir)) return report_match(*options);
       if (options->verdicts || options->transfer) return print_part(*options);
       if (options->json) return print_data(*options);
       assay::ReportOptions page{.systems = options->systems};

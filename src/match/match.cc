@@ -34,6 +34,8 @@ constexpr double kLimitS = 120;                           // of the runs that a 
 constexpr double kImpact = 0.05;                          // s that count as at an impact
 constexpr double kFence = 1.5;                            // interquartile ranges above the upper quartile
 constexpr double kOdd = 2;                                // times the median log: nobody explains it
+constexpr size_t kMostKeptNumbers = 100'000;              // that are kept of a log's motion
+constexpr size_t kLeastKept = 200, kMostKept = 1500;
 
 // Which logs a fit sees and which it is judged by.
 struct Fold {
@@ -134,6 +136,7 @@ std::string key_of(const MatchQuestion& question, const std::string& contender) 
 // Of one held-out log everything that its figures are made of.
 struct Scored {
   size_t log = 0;
+  std::vector<double> values;                                   // of the parameters that it was simulated with
   std::vector<WindowError> untuned, fitted, floor;              // of report windows
   std::vector<WindowError> untuned_short, fitted_short;         // of fit windows
   std::vector<std::array<std::vector<WindowError>, 3>> phases;  // samples before, at, after the first impact
@@ -170,6 +173,7 @@ Json raw_json(const Raw& raw, const std::string& key) {
   for (const Scored& scored : raw.scored) {
     Json one;
     one["log"] = scored.log;
+    one["values"] = scored.values;
     one["untuned"] = errors_json(scored.untuned), one["fitted"] = errors_json(scored.fitted);
     one["floor"] = errors_json(scored.floor);
     one["untuned_short"] = errors_json(scored.untuned_short), one["fitted_short"] = errors_json(scored.fitted_short);
@@ -186,6 +190,8 @@ Json raw_json(const Raw& raw, const std::string& key) {
 
 bool raw_from(const Json& kept, const std::string& key, Raw& raw) {
   if (!kept.is_object() || kept.value("key", "") != key) return false;
+  // of an earlier version: what was evaluated is kept, so fitting again takes little
+  if (std::ranges::any_of(kept.at("scored"), [](const Json& one) { return !one.contains("values"); })) return false;
   raw.result.failure = kept.at("failure").get<std::string>();
   raw.result.warnings = kept.at("warnings").get<std::vector<std::string>>();
   raw.result.engine_s = kept.at("engine_s").get<double>();
@@ -194,6 +200,7 @@ bool raw_from(const Json& kept, const std::string& key, Raw& raw) {
   for (const Json& one : kept.at("scored")) {
     Scored scored;
     scored.log = one.at("log").get<size_t>();
+    scored.values = one.at("values").get<std::vector<double>>();
     scored.untuned = errors_from(one.at("untuned")), scored.fitted = errors_from(one.at("fitted"));
     scored.floor = errors_from(one.at("floor"));
     scored.untuned_short = errors_from(one.at("untuned_short"));
@@ -208,9 +215,11 @@ bool raw_from(const Json& kept, const std::string& key, Raw& raw) {
 
 class Matcher {
  public:
-  Matcher(const MatchQuestion& question, const std::function<void(const std::string&)>& progress)
+  Matcher(const MatchQuestion& question, const std::function<void(const std::string&)>& progress,
+          const std::function<void(const MatchAnswer&)>& so_far)
       : question_(question),
         progress_(progress),
+        so_far_(so_far),
         windows_(question.model, question.logs, question.config, question.check),
         folds_(folds_of(question)),
         scales_(motion_scales(question.model, question.logs, question.config)) {
@@ -230,12 +239,21 @@ class Matcher {
       if (in(&Fold::held_out)) answer.held_out.push_back(question_.logs[i].name);
     }
     std::vector<Raw> raws;
+    const auto judged = [&] {
+      MatchAnswer found = answer;
+      found.to_do.assign(question_.contenders.begin() + static_cast<std::ptrdiff_t>(raws.size()),
+                         question_.contenders.end());
+      judge(raws, found);
+      return found;
+    };
     for (const std::string& name : question_.contenders) {
+      if (so_far_) so_far_(judged());
       raws.push_back(contender(name));
       ++done_contenders_;
     }
-    judge(raws, answer);
-    return answer;
+    MatchAnswer found = judged();
+    keep_motion(raws, found);
+    return found;
   }
 
  private:
@@ -270,14 +288,20 @@ class Matcher {
 
   std::vector<size_t> windows_of(WindowUse use, const std::vector<bool>& logs) const { return windows_.of(use, logs); }
 
+  // Without windows.
+  MatchJob job_of(const std::string& contender) const {
+    MatchJob job;
+    job.subject.model = question_.spec;
+    job.subject.contender = {contender, contender, {}};
+    job.timestep_ms = question_.timestep_ms;
+    job.drives = windows_.drives();
+    return job;
+  }
+
   void measure(const ResolvedContender& resolved, const std::string& key, Raw& raw) {
     ContenderResult& result = raw.result;
     const std::string& name = result.contender;
-    MatchJob job;
-    job.subject.model = question_.spec;
-    job.subject.contender = {name, name, {}};
-    job.timestep_ms = question_.timestep_ms;
-    job.drives = windows_.drives();
+    MatchJob job = job_of(name);
     for (const Window& window : windows_.all()) job.windows.push_back(window.message);
     // perturbed ones behind them: of each window that is reported kPerturbed in a row
     std::map<size_t, size_t> perturbed;
@@ -378,6 +402,7 @@ class Matcher {
     }
     for (auto& [log, own] : of_log) {
       own.log = log;
+      own.values = found.values;
       scored.push_back(std::move(own));
     }
   }
@@ -394,8 +419,8 @@ class Matcher {
                           duration_label(spent_s * left / std::max(1, done_ + done))));
   }
 
-  void judge(std::vector<Raw>& raws, MatchAnswer& answer) const {
-    // a window is predictable where any contender's own is
+  // The floor of each window that is reported, by log and place: a window is predictable where any contender's own is.
+  static std::map<std::pair<size_t, size_t>, double> floors_of(const std::vector<Raw>& raws) {
     std::map<std::pair<size_t, size_t>, double> floors;
     for (const Raw& raw : raws) {
       for (const Scored& scored : raw.scored) {
@@ -407,6 +432,11 @@ class Matcher {
         }
       }
     }
+    return floors;
+  }
+
+  void judge(std::vector<Raw> raws, MatchAnswer& answer) const {
+    const auto floors = floors_of(raws);
     for (Raw& raw : raws) {
       ContenderResult& result = raw.result;
       if (!result.failure.empty()) continue;
@@ -538,11 +568,114 @@ class Matcher {
     for (const auto& [score, log] : odd) {
       answer.odd_logs.push_back(fmt::format("{}: {:.3g} at best, {:.1f} times the median of the logs ({:.3g})", log,
                                             score, score / usual, usual));
+      answer.odd_names.push_back(log);
+    }
+  }
+
+  // Logs to look at: by the best contender's errors the worst and the median one, and the one that parts contenders
+  // most.
+  static std::vector<std::pair<std::string, std::vector<std::string>>> shown_logs(
+      const std::vector<const ContenderResult*>& shown) {
+    std::vector<LogResult> logs = shown.front()->logs;
+    std::ranges::stable_sort(logs, {}, [](const LogResult& log) { return log.fitted.score(); });
+    std::vector<std::pair<std::string, std::vector<std::string>>> found;
+    const auto add = [&](const std::string& log, const char* role) {
+      const auto same = std::ranges::find(found, log, &std::pair<std::string, std::vector<std::string>>::first);
+      if (same == found.end()) {
+        found.push_back({log, {role}});
+      } else {
+        same->second.push_back(role);
+      }
+    };
+    add(logs.back().log, kWorst);
+    add(logs[(logs.size() - 1) / 2].log, kMedian);
+    double widest = 0;
+    std::string separating;
+    for (const LogResult& log : logs) {
+      double low = log.fitted.score(), high = low;
+      for (const ContenderResult* other : shown) {
+        const auto same = std::ranges::find(other->logs, log.log, &LogResult::log);
+        if (same == other->logs.end()) continue;
+        low = std::min(low, same->fitted.score()), high = std::max(high, same->fitted.score());
+      }
+      if (high - low > widest) widest = high - low, separating = log.log;
+    }
+    if (!separating.empty()) add(separating, kSeparating);
+    return found;
+  }
+
+  // What the best contenders make of these logs, simulated again: with the fit by which the log judges and as the
+  // model is.
+  void keep_motion(const std::vector<Raw>& raws, MatchAnswer& answer) {
+    std::vector<const ContenderResult*> shown;
+    for (const ContenderResult& result : answer.contenders) {
+      if (result.failure.empty() && shown.size() < kMostKeptContenders) shown.push_back(&result);
+    }
+    if (shown.empty()) return;
+    const auto raw_of = [&](const std::string& name) -> const Raw& {
+      return *std::ranges::find_if(raws, [&](const Raw& raw) { return raw.result.contender == name; });
+    };
+    const auto scored_of = [&](const Raw& raw, size_t log) { return std::ranges::find(raw.scored, log, &Scored::log); };
+    const auto floors = floors_of(raws);
+    std::vector<std::vector<size_t>> chosen;
+    std::vector<size_t> strides;
+    std::vector<size_t> logs;
+    const Raw& best = raw_of(shown.front()->contender);
+    for (const auto& [name, roles] : shown_logs(shown)) {
+      const auto log =
+          static_cast<size_t>(std::ranges::find(question_.logs, name, &MeasuredLog::name) - question_.logs.begin());
+      std::vector<bool> only(question_.logs.size(), false);
+      only[log] = true;
+      const std::vector<size_t> windows = windows_of(WindowUse::kReport, only);
+      const auto own = scored_of(best, log);
+      size_t worst = 0;
+      for (size_t w = 0; w < windows.size() && w < own->fitted.size(); ++w) {
+        if (figures_of(own->fitted[w], windows_).score() > figures_of(own->fitted[worst], windows_).score()) worst = w;
+      }
+      const size_t columns = question_.model.joints.size() + 7 * windows_.bodies().size();
+      const size_t most = std::clamp<size_t>(kMostKeptNumbers / (std::max<size_t>(1, columns) * (2 * shown.size() + 1)),
+                                             kLeastKept, kMostKept);
+      KeptLog kept =
+          kept_log(question_.model, windows_, windows, worst, most, chosen.emplace_back(), strides.emplace_back());
+      kept.log = name, kept.roles = roles;
+      for (size_t w = 0; w < kept.windows.size(); ++w) {
+        const auto place = static_cast<size_t>(std::ranges::find(windows, chosen.back()[w]) - windows.begin());
+        const auto floor = floors.find({log, place});
+        kept.windows[w].scored = floor == floors.end() || floor->second <= kUnpredictable;
+      }
+      answer.motion.push_back(std::move(kept));
+      logs.push_back(log);
+    }
+    for (const ContenderResult* result : shown) {
+      if (progress_) progress_(fmt::format("{}: the motion to look at", result->contender));
+      MatchJob job = job_of(result->contender);
+      std::vector<std::vector<size_t>> places(logs.size());  // of the job's windows
+      for (size_t l = 0; l < logs.size(); ++l) {
+        for (const size_t window : chosen[l]) {
+          places[l].push_back(job.windows.size());
+          job.windows.push_back(windows_.all()[window].message);
+        }
+      }
+      Evaluator evaluator(std::move(job), question_.jobs, kLimitS, interrupts_);
+      const Raw& raw = raw_of(result->contender);
+      for (size_t l = 0; l < logs.size(); ++l) {
+        const auto scored = scored_of(raw, logs[l]);
+        if (scored == raw.scored.end()) continue;
+        const std::vector<Candidate> candidates = {candidate_of(question_.model, raw.result.parameters, scored->values),
+                                                   Candidate()};
+        const auto runs = evaluator.simulate(candidates, places[l]);
+        for (size_t c = 0; c < candidates.size(); ++c) {
+          KeptRun run = kept_run(answer.motion[l], question_.model.joints.size(), runs[c], strides[l]);
+          run.contender = result->contender, run.fitted = c == 0;
+          answer.motion[l].runs.push_back(std::move(run));
+        }
+      }
     }
   }
 
   const MatchQuestion& question_;
   const std::function<void(const std::string&)>& progress_;
+  const std::function<void(const MatchAnswer&)>& so_far_;
   Windows windows_;
   std::vector<Fold> folds_;
   MotionScales scales_;
@@ -569,9 +702,10 @@ ErrorFigures figures_of(const WindowError& error, const Windows& windows) {
   return figures;
 }
 
-MatchAnswer match(const MatchQuestion& question, const std::function<void(const std::string&)>& progress) {
+MatchAnswer match(const MatchQuestion& question, const std::function<void(const std::string&)>& progress,
+                  const std::function<void(const MatchAnswer&)>& so_far) {
   Optimiser::require_environment();
-  if (question.logs.size() > 1) return Matcher(question, progress).match();
+  if (question.logs.size() > 1) return Matcher(question, progress, so_far).match();
   // one log: its last third judges
   MatchQuestion split = question;
   const MeasuredLog& log = question.logs.front();
@@ -589,10 +723,16 @@ MatchAnswer match(const MatchQuestion& question, const std::function<void(const 
         fmt::format("there is one log, '{}': its last {:.0f} % judge what was fitted to the rest, which tells less "
                     "than another log",
                     log.name, 100 * share));
-    return Matcher(split, progress).match();
+    return Matcher(split, progress, so_far).match();
   }
   throw InputError(
       fmt::format("there is one motion, '{}', and a fit has to be judged by another one: give more logs", log.name));
+}
+
+std::string match_key(const MatchQuestion& question) {
+  std::string keys;
+  for (const std::string& contender : question.contenders) keys += key_of(question, contender) + " ";
+  return content_hash(keys);
 }
 
 std::vector<std::string> write_fitted_models(const MatchQuestion& question, const MatchAnswer& answer,

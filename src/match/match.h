@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "match/fit.h"
+#include "match/kept_motion.h"
 #include "match/log_check.h"
 #include "measures/statistics.h"
 #include "results/answer.h"
@@ -76,18 +77,29 @@ struct MatchAnswer {
   std::vector<ContenderResult> contenders;  // best first, failed ones last
   std::vector<std::string> training, held_out;
   std::vector<std::string> unpredictable;  // logs whose windows are all left out, in words
-  std::vector<std::string> odd_logs;       // that no contender explains though the others are
+  std::vector<std::string> odd_logs;       // that no contender explains though the others are, in words
+  std::vector<std::string> odd_names;      // the same logs
   std::vector<std::string> warnings;
   bool whole = false, leave_one_out = false;
+  std::vector<std::string> to_do;  // contenders that were not fitted yet
+  std::vector<KeptLog> motion;     // to look at; empty as long as there is something to do, and where all have failed
 };
 
-// `progress` gets sentences. Throws InputError, SystemError (interrupted, a full disk).
-MatchAnswer match(const MatchQuestion& question, const std::function<void(const std::string&)>& progress);
+// `progress` gets sentences, `so_far` the answer before each contender is fitted. Throws InputError, SystemError
+// (interrupted, a full disk).
+MatchAnswer match(const MatchQuestion& question, const std::function<void(const std::string&)>& progress,
+                  const std::function<void(const MatchAnswer&)>& so_far = {});
 
 // The model with what was fitted, as CONTENDER.xml in `folder`, for each contender with a fit. Returns a sentence for
 // each that MJCF cannot hold. Throws SystemError.
 std::vector<std::string> write_fitted_models(const MatchQuestion& question, const MatchAnswer& answer,
                                              const std::string& folder);
+
+// Of everything that the answer depends on, but the program.
+std::string match_key(const MatchQuestion& question);
+
+// The answer in two or three sentences.
+std::string answer_text(const MatchQuestion& question, const MatchAnswer& answer);
 
 nlohmann::ordered_json match_json(const MatchQuestion& question, const MatchAnswer& answer);
 // For people.

@@ -51,6 +51,15 @@ std::string text_of(const ErrorFigures& figures) {
   return parts.empty() ? "-" : join(parts, " / ");
 }
 
+// The same in a sentence: "21.7 % of its size and 17.5 deg".
+std::string in_words(const ErrorFigures& figures) {
+  std::vector<std::string> parts;
+  if (figures.joints_deg) parts.push_back(fmt::format("{:.3g} deg", *figures.joints_deg));
+  if (figures.position_percent) parts.push_back(fmt::format("{:.3g} % of the body's size", *figures.position_percent));
+  if (figures.rotation_deg) parts.push_back(fmt::format("{:.3g} deg", *figures.rotation_deg));
+  return parts.empty() ? "-" : join(parts, " and ");
+}
+
 // What became of each parameter: its value and interval, or why there is none.
 struct Verdict {
   std::string status;  // "fitted", "at its bound", "not identified"
@@ -68,6 +77,30 @@ Verdict verdict_of(const ContenderResult& result, size_t index) {
 
 }  // namespace
 
+std::string answer_text(const MatchQuestion& question, const MatchAnswer& answer) {
+  std::string text;
+  const size_t asked = answer.contenders.size() + answer.to_do.size();
+  if (!answer.to_do.empty())
+    text = fmt::format("So far {} of {} contenders were fitted. ", answer.contenders.size(), asked);
+  if (answer.contenders.empty()) return text + "Nothing can be said yet.";
+  const ContenderResult& best = answer.contenders.front();
+  if (!best.failure.empty()) {
+    return text + fmt::format("No contender could be fitted; {}: {}.", best.contender, best.failure);
+  }
+  const std::string over =
+      answer.whole ? "over whole motions" : fmt::format("over {:g} s", question.config.report_window_s);
+  text += fmt::format("{} moves as the robot did within {} {}, on logs that its fit did not see", best.contender,
+                      in_words(mean_of(best.logs, &LogResult::fitted)), over);
+  std::vector<std::string> good;
+  for (const ContenderResult& result : answer.contenders) {
+    if (result.failure.empty() && &result != &best && result.as_good_as_best) good.push_back(result.contender);
+  }
+  if (!good.empty()) text += "; as good: " + join(good, ", ");
+  text += fmt::format(". With the values of the model's file: {}", in_words(mean_of(best.logs, &LogResult::untuned)));
+  if (best.score.value > best.untuned_score.value) text += ", which is better than the fit";
+  return text + fmt::format(". Noise of the first states alone: {}.", in_words(mean_of(best.logs, &LogResult::floor)));
+}
+
 Json match_json(const MatchQuestion& question, const MatchAnswer& answer) {
   Json json;
   json["model"] = question.model.name;
@@ -81,6 +114,8 @@ Json match_json(const MatchQuestion& question, const MatchAnswer& answer) {
   json["held_out_by"] = answer.leave_one_out ? "leaving one out" : "logs";
   json["training"] = answer.training;
   json["held_out"] = answer.held_out;
+  json["answer"] = answer_text(question, answer);
+  json["to_do"] = answer.to_do;
   json["contenders"] = Json::array();
   for (const ContenderResult& result : answer.contenders) {
     Json one;
@@ -95,6 +130,7 @@ Json match_json(const MatchQuestion& question, const MatchAnswer& answer) {
       one["held_out"] = json_of(mean_of(result.logs, &LogResult::fitted));
       one["untuned"] = json_of(mean_of(result.logs, &LogResult::untuned));
       one["floor"] = json_of(mean_of(result.logs, &LogResult::floor));
+      one["floor_score"] = mean_of(result.logs, &LogResult::floor).score();
       if (!answer.whole) {
         one["held_out_short"] = json_of(mean_of(result.logs, &LogResult::fitted_short));
         one["untuned_short"] = json_of(mean_of(result.logs, &LogResult::untuned_short));
@@ -143,6 +179,7 @@ Json match_json(const MatchQuestion& question, const MatchAnswer& answer) {
   }
   json["unpredictable"] = answer.unpredictable;
   json["odd_logs"] = answer.odd_logs;
+  json["odd_names"] = answer.odd_names;
   json["warnings"] = answer.warnings;
   return json;
 }
@@ -157,8 +194,7 @@ Answer match_text(const MatchQuestion& question, const MatchAnswer& answer) {
   for (const std::string& warning : answer.warnings) text.remark("warning", warning);
   const auto best = answer.contenders.begin();
   if (best != answer.contenders.end() && best->failure.empty()) {
-    text.line(fmt::format("{} is closest on held-out logs: {}", best->contender,
-                          text_of(mean_of(best->logs, &LogResult::fitted))));
+    text.line(answer_text(question, answer));
   }
   std::vector<std::vector<std::string>> rows;
   for (const ContenderResult& result : answer.contenders) {

@@ -130,15 +130,10 @@ json distances(const std::vector<State>& states, const std::vector<State>& refer
   return out;
 }
 
-struct Kept {
-  RunRow row;
-  std::vector<State> states;
-};
-
 // Runs of the system that the page is to have: first the references in the line-up's order, then those of each other
 // timestep.
-std::vector<Kept> kept_runs(const Store& store, const std::string& system, size_t bodies, size_t most,
-                            const std::string& trained_in) {
+std::vector<ReplayRun> kept_runs(const Store& store, const std::string& system, size_t bodies, size_t most,
+                                 const std::string& trained_in) {
   std::vector<RunRow> rows;
   std::vector<std::string> names;
   for (const RunRow& row : store.runs()) {
@@ -154,18 +149,18 @@ std::vector<Kept> kept_runs(const Store& store, const std::string& system, size_
   std::ranges::sort(rows, [&](const RunRow& a, const RunRow& b) {
     return std::pair(a.timestep_ms, place(a)) < std::pair(b.timestep_ms, place(b));
   });
-  std::vector<Kept> kept;
+  std::vector<ReplayRun> kept;
   for (const RunRow& row : rows) {
     auto trajectory = read_run(store.trajectories_dir(), row.address, bodies);
     // A single state is no run, and a damaged file is computed again by the campaign's next start.
     if (!trajectory || trajectory->states.size() < 2) continue;
-    kept.push_back({row, std::move(trajectory->states)});
+    kept.push_back({row.contender, row.timestep_ms, std::move(trajectory->states)});
   }
   // Fine-step runs may have more samples than the others.
-  const auto spacing = [](const Kept& run) { return run.states[1].time - run.states[0].time; };
+  const auto spacing = [](const ReplayRun& run) { return run.states[1].time - run.states[0].time; };
   double coarsest = 0;
-  for (const Kept& run : kept) coarsest = std::max(coarsest, spacing(run));
-  for (Kept& run : kept) {
+  for (const ReplayRun& run : kept) coarsest = std::max(coarsest, spacing(run));
+  for (ReplayRun& run : kept) {
     const auto stride = static_cast<size_t>(std::max(1.0, std::round(coarsest / spacing(run))));
     if (stride == 1) continue;
     std::vector<State> fewer;
@@ -205,22 +200,31 @@ void add_pictures(const std::vector<json>& pictures, size_t most_bytes, json& re
 }  // namespace
 
 json replays_data(const Store& store, const ReplayOptions& options) {
-  json replays = json::array();
-  std::vector<json> pictures;           // of each replay
-  std::vector<std::vector<Kept>> kept;  // of each replay
+  std::vector<ReplaySource> sources;
   const std::vector<SystemRow> systems = store.systems();
   for (const SceneRow& scene : store.scenes()) {
-    json drawn = json::parse(scene.json, nullptr, /*allow_exceptions=*/false);
+    const json drawn = json::parse(scene.json, nullptr, /*allow_exceptions=*/false);
     if (!drawn.is_object() || !drawn.contains("bodies")) continue;
-    const size_t bodies = drawn.at("bodies").size();
     const auto system = std::ranges::find(systems, scene.system, &SystemRow::name);
     const json facts = facts_of(system == systems.end() ? "" : system->json);
-    std::vector<Kept> runs =
-        kept_runs(store, scene.system, bodies, options.most_contenders, text_fact(facts, "trained_in"));
-    if (runs.empty()) continue;
+    sources.push_back({scene.system, scene.json,
+                       kept_runs(store, scene.system, drawn.at("bodies").size(), options.most_contenders,
+                                 text_fact(facts, "trained_in"))});
+  }
+  return replays_data(sources, options);
+}
+
+json replays_data(const std::vector<ReplaySource>& sources, const ReplayOptions& options) {
+  json replays = json::array();
+  std::vector<json> pictures;                       // of each replay
+  std::vector<const std::vector<ReplayRun>*> kept;  // of each replay
+  for (const ReplaySource& source : sources) {
+    json drawn = json::parse(source.scene, nullptr, /*allow_exceptions=*/false);
+    if (!drawn.is_object() || !drawn.contains("bodies") || source.runs.empty()) continue;
+    const size_t bodies = drawn.at("bodies").size();
     pictures.push_back(drawn.value("pictures", json()));
     drawn.erase("pictures");
-    replays.push_back({{"system", scene.system},
+    replays.push_back({{"system", source.system},
                        {"scene", std::move(drawn)},
                        {"frame_ms", 0},
                        {"frames", 0},
@@ -231,7 +235,7 @@ json replays_data(const Store& store, const ReplayOptions& options) {
                        {"rotation_error_rad", 0.0},
                        {"runs", json::array()},
                        {"left_out", json::array()}});
-    kept.push_back(std::move(runs));
+    kept.push_back(&source.runs);
   }
   add_pictures(pictures, options.most_picture_bytes, replays);
   size_t bytes = 0;
@@ -240,17 +244,17 @@ json replays_data(const Store& store, const ReplayOptions& options) {
   for (const bool references : {true, false}) {
     for (size_t i = 0; i < kept.size(); ++i) {
       json& replay = replays[i];
-      const std::vector<State>& first = kept[i].front().states;
-      const double reference_ms = kept[i].front().row.timestep_ms;
+      const std::vector<State>& first = kept[i]->front().states;
+      const double reference_ms = kept[i]->front().timestep_ms;
       const double sample_ms = 1000 * (first[1].time - first[0].time);
       const auto stride = static_cast<size_t>(std::max(1.0, std::ceil(options.least_frame_ms / sample_ms - 1e-9)));
       replay["frame_ms"] = sample_ms * static_cast<double>(stride);
-      for (const auto& [row, states] : kept[i]) {
-        if ((row.timestep_ms == reference_ms) != references) continue;
+      for (const auto& [contender, timestep_ms, states] : *kept[i]) {
+        if ((timestep_ms == reference_ms) != references) continue;
         const Packed packed = pack(states, stride, options);
         if (bytes + packed.data.size() > options.most_bytes) {
-          replay["left_out"].push_back(
-              references ? row.contender : fmt::format("{} at {} ms", row.contender, timestep_label(row.timestep_ms)));
+          replay["left_out"].push_back(references ? contender
+                                                  : fmt::format("{} at {} ms", contender, timestep_label(timestep_ms)));
           continue;
         }
         bytes += packed.data.size();
@@ -261,8 +265,8 @@ json replays_data(const Store& store, const ReplayOptions& options) {
         raise("frames", packed.frames);
         raise("position_error_m", packed.position_error_m);
         raise("rotation_error_rad", packed.rotation_error_rad);
-        replay["runs"].push_back({{"contender", row.contender},
-                                  {"timestep_ms", row.timestep_ms},
+        replay["runs"].push_back({{"contender", contender},
+                                  {"timestep_ms", timestep_ms},
                                   {"frames", packed.frames},
                                   {"distance_m", distances(states, *base[i], stride)},
                                   {"data", packed.data}});

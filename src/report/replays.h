@@ -2,8 +2,12 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
+#include <vector>
 
 #include <nlohmann/json_fwd.hpp>
+
+#include "model/state.h"
 
 namespace assay {
 
@@ -33,5 +37,18 @@ struct ReplayOptions {
 // second differences (of a column that starts with two zeros), zigzag coded in bytes of 7 bits, the least first, 0x80
 // set in all but a number's last. Depends on the results alone: equal ones give equal bytes.
 nlohmann::json replays_data(const Store& store, const ReplayOptions& options = {});
+
+// Runs of one system, of at least two states each and equally spaced; the first one is the reference.
+struct ReplayRun {
+  std::string contender;
+  double timestep_ms = 0;
+  std::vector<State> states;
+};
+struct ReplaySource {
+  std::string system;
+  std::string scene;  // text of results/store/scene.h; one that cannot be read has no replay
+  std::vector<ReplayRun> runs;
+};
+nlohmann::json replays_data(const std::vector<ReplaySource>& sources, const ReplayOptions& options = {});
 
 }  // namespace assay

@@ -31,9 +31,6 @@ namespace {
 
 using nlohmann::json;
 
-// Of this layout of the JSON; web/src/data.ts describes it.
-constexpr int kReportFormat = 4;
-
 json number(std::optional<double> value) { return value && std::isfinite(*value) ? json(*value) : json(nullptr); }
 
 // An object that the store keeps as text. The page can do without what cannot be read.

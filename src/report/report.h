@@ -11,6 +11,9 @@ namespace assay {
 
 class Store;
 
+// Of the layout of the page's JSON, which web/src/data.ts describes.
+inline constexpr int kReportFormat = 4;
+
 // What a report shows of results that are too large for one page.
 struct ReportOptions {
   std::vector<std::string> systems = {};  // that it may show; empty: all

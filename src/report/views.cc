@@ -161,15 +161,17 @@ json units_data(const Results& results) {
   return all;
 }
 
+json look_json(const Look& look) {
+  std::vector<std::string> dash;
+  dash.reserve(look.dash.size());
+  for (const double part : look.dash) dash.push_back(fmt::format("{:g}", part));
+  return {{"family", look.family},   {"light", look.light},          {"dark", look.dark},
+          {"dash", join(dash, " ")}, {"mark", mark_text(look.mark)}, {"first", look.first}};
+}
+
 json looks_data(const Results& results) {
   json all = json::object();
-  for (const auto& [name, look] : results.looks()) {
-    std::vector<std::string> dash;
-    dash.reserve(look.dash.size());
-    for (const double part : look.dash) dash.push_back(fmt::format("{:g}", part));
-    all[name] = {{"family", look.family},   {"light", look.light},          {"dark", look.dark},
-                 {"dash", join(dash, " ")}, {"mark", mark_text(look.mark)}, {"first", look.first}};
-  }
+  for (const auto& [name, look] : results.looks()) all[name] = look_json(look);
   return all;
 }
 

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "results/looks.h"
 #include "results/results.h"
 
 namespace assay {
@@ -17,7 +18,9 @@ nlohmann::json catalogue_data(const Results& results);
 // {stored unit: [{"text": "mm", "scale": 1e-3}]}: what a limit may be typed in, for each unit of an error.
 nlohmann::json units_data(const Results& results);
 
-// {contender: {"family", "light", "dark", "dash": "7 3", "mark", "first"}}
+// {"family", "light", "dark", "dash": "7 3", "mark", "first"}
+nlohmann::json look_json(const Look& look);
+// That of each contender, by name.
 nlohmann::json looks_data(const Results& results);
 
 // What the paper's figures show: {"figure3": [{"system", "title"}], "figure4": [{"systems", "value", "title", "axis"}],

@@ -139,6 +139,93 @@ class Match(AssayTest):
         again = self.matched(*arguments, out="killed")
         self.assertEqual(json.dumps(once), json.dumps(again))
 
+    def values(self, run, quantity=0):
+        return run["values"][quantity]
+
+    def test_motion_is_kept_and_its_errors_are_those_of_the_answer(self):
+        self.write("pendulum.xml", pendulum(damping=0.02, mass=0.4))
+        logs = self.swings()
+        found = self.matched("pendulum.xml", "--log", *logs, "--contenders", "mujoco-euler,mujoco-rk4", "--fit", "damping", "--fit", "mass")
+        self.assertEqual(found["to_do"], [])
+        self.assertIn(found["contenders"][0]["contender"], found["answer"])
+        kept = json.loads((self.dir / "matched/motion.json").read_text())
+        self.assertEqual({role for log in kept["logs"] for role in log["roles"]} - {"separating"}, {"worst", "median"})
+        for log in kept["logs"]:
+            runs = {(run["contender"], run["fitted"]): run for run in log["runs"]}
+            self.assertEqual(log["runs"][0]["contender"], "measured")
+            self.assertEqual(len(runs), 5)
+            # what is kept as measured is the file's
+            source = dict(line.split(",")[:2] for line in (self.dir / f"{log['log']}.csv").read_text().splitlines()[1:])
+            for time_s, angle in zip(log["time_s"], self.values(log["runs"][0])):
+                self.assertAlmostEqual(angle, float(source[f"{time_s:.6f}"]), places=5)
+            for contender in found["contenders"]:
+                figures = next(one for one in contender["logs"] if one["log"] == log["log"])
+                for fitted, name in ((True, "held_out"), (False, "untuned")):
+                    run = runs[(contender["contender"], fitted)]
+                    # a sample counts at most 90 degrees
+                    off = [min(90, abs(math.degrees(a - b))) for a, b in zip(self.values(run), self.values(log["runs"][0]))]
+                    rms = math.sqrt(sum(each * each for each in off) / len(off))
+                    self.assertAlmostEqual(rms, figures[name]["joints_deg"], delta=0.02 * rms)
+        # again from what is there: the same motion and page data
+        first = (self.dir / "matched/motion.json").read_text()
+        page = self.assay_json("report", "matched", "--json")
+        self.matched("pendulum.xml", "--log", *logs, "--contenders", "mujoco-euler,mujoco-rk4", "--fit", "damping", "--fit", "mass")
+        self.assertEqual(first, (self.dir / "matched/motion.json").read_text())
+        self.assertEqual(page, self.assay_json("report", "matched", "--json"))
+        self.assertEqual(page["match"]["held_out"], found["held_out"])
+        for one in page["match"]["logs"]:
+            contender = next(each for each in found["contenders"] if each["contender"] == one["contender"])
+            for log, error in zip(found["held_out"], one["fitted"]["joints_deg"]):
+                figures = next(each for each in contender["logs"] if each["log"] == log)
+                self.assertAlmostEqual(error, figures["held_out"]["joints_deg"], delta=1e-3 * error)
+        self.assertLess((self.dir / "matched/report.html").stat().st_size, 10_000_000)
+
+    def test_a_report_of_a_match_that_was_stopped_says_what_is_missing(self):
+        self.write("pendulum.xml", pendulum(damping=0.02, mass=0.4))
+        arguments = ["pendulum.xml", "--log", *self.swings(count=2), "--contenders", "mujoco-euler,mujoco-rk4", "--fit", "damping"]
+        running = self.start_assay("match", *arguments, "--out", "killed")
+        first = self.dir / "killed/contenders/mujoco-euler.json"
+        while running.poll() is None and not first.exists():
+            time.sleep(0.02)
+        answer = self.dir / "killed/match.json"
+        while running.poll() is None and not json.loads(answer.read_text())["contenders"]:
+            time.sleep(0.02)
+        running.kill()
+        running.communicate()
+        page = self.assay_json("report", "killed", "--json")["match"]
+        if page["to_do"]:  # else it was done before the signal
+            self.assertEqual(page["to_do"], ["mujoco-rk4"])
+            self.assertEqual([one["contender"] for one in page["contenders"]], ["mujoco-euler"])
+            self.assertTrue(page["answer"].startswith("So far 1 of 2 contenders"), page["answer"])
+            self.assertNotIn("motion", page)
+        self.assay("report", "killed")
+        self.assertTrue((self.dir / "killed/report.html").is_file())
+
+    def test_contenders_that_fail_are_in_the_report(self):
+        self.use_mishap_engine()
+        self.write("pendulum.xml", pendulum(damping=0.02, mass=0.4))
+        arguments = ["pendulum.xml", "--log", *self.swings(count=2), "--fit", "damping", "--budget", "10"]
+        self.matched(*arguments, "--contenders", "mishap-refuse", out="none")
+        page = self.assay_json("report", "none", "--json")["match"]
+        self.assertIn("give it to somebody else", page["contenders"][0]["failure"])
+        self.assertTrue(page["answer"].startswith("No contender could be fitted"), page["answer"])
+        self.assertEqual(page["motion"], [])
+        self.matched(*arguments, "--contenders", "mishap-refuse,mujoco-euler", out="one")
+        page = self.assay_json("report", "one", "--json")["match"]
+        self.assertEqual([one["contender"] for one in page["contenders"]], ["mujoco-euler", "mishap-refuse"])
+        self.assertEqual({run["contender"] for run in page["motion"][0]["runs"]}, {"measured", "mujoco-euler"})
+
+    def test_what_a_report_of_a_match_cannot_have_is_refused(self):
+        self.write("pendulum.xml", pendulum(damping=0.02, mass=0.4))
+        self.matched("pendulum.xml", "--log", *self.swings(count=2), "--contenders", "mujoco-euler", "--fit", "damping", "--budget", "10")
+        self.refused("report", "matched", "--replays", "4", naming=["--replays", "assay match"])
+        self.refused("draw", "matched", "wurst", "--out", "x.mp4", naming=["wurst", "worst"])
+        self.refused("draw", "matched", "worst", "--contenders", "mujoco-eule", "--out", "x.mp4", naming=["mujoco-eule", "mujoco-euler"])
+        self.write("matched/motion.json", '{"format": 1}')
+        self.refused("report", "matched", naming=["motion.json"])
+        self.write("matched/match.json", "[]")
+        self.refused("report", "matched", naming=["match.json"])
+
     def test_friction_of_a_tossed_box(self):
         logs = []
         throws = [("1 0.2 0.1 0", "0.8 0 0.2 1 2 0.5"), ("0.9 0.1 -0.3 0.2", "-0.6 0.3 0.1 2 -1 1"), ("0.8 -0.3 0.2 0.1", "0.7 -0.5 0.3 -2 1 2")]

@@ -348,6 +348,97 @@ export interface ReportJson {
   answer?: AnswerPart[]; // of `assay run ROBOT`
   phrases?: Record<string, string>; // an answer's sentences, with places in braces for what depends on its limits
   views?: ViewJson[];
+  match?: Match; // then the page is of measured motion, and shows nothing else
+}
+
+// `assay match` (src/report/match_page.cc): figures of an error by what was measured, "joints_deg", "position_percent",
+// "rotation_deg".
+export type ErrorFigures = Record<string, number>;
+
+export interface Interval {
+  value: number;
+  low: number;
+  high: number;
+}
+
+export interface MatchedParameter {
+  name: string;
+  unit: string;
+  status: "fitted" | "at its bound" | "not identified";
+  value: number;
+  low: number | null;
+  high: number | null;
+  model: number;
+  with: string; // the combination of which it is
+}
+
+export interface MatchedContender {
+  contender: string;
+  failure: string | null;
+  warnings: string[];
+  // of one without a failure
+  score?: Interval;
+  untuned_score?: Interval;
+  floor_score?: number;
+  as_good_as_best?: boolean;
+  behind_best?: Interval | null;
+  held_out?: ErrorFigures;
+  untuned?: ErrorFigures;
+  floor?: ErrorFigures;
+  parameters?: MatchedParameter[];
+  not_identified?: { members: string[]; interval: number; frozen: string }[];
+  phases?: (Record<string, number | string> & { phase: string })[];
+}
+
+// Errors of all held-out logs, in the order of Match.held_out; null where a log has none.
+export interface LogErrors {
+  contender: string;
+  fitted?: Record<string, (number | null)[]>;
+  untuned?: Record<string, (number | null)[]>;
+}
+
+export interface MotionRun {
+  contender: string; // "measured" for what was measured
+  fitted: boolean;
+  ended: string; // why it ended early
+  values: (number | null)[][]; // of each quantity, a body's x, y, z, qw, qx, qy, qz, by sample; rad, m
+}
+
+export interface MotionLog {
+  log: string;
+  roles: ("worst" | "median" | "separating")[];
+  time_s: number[];
+  windows: { first: number; start_s: number; scored: boolean }[];
+  first_impact_s: number | null;
+  quantities: { name: string; kind: "hinge" | "slide" | "body" }[];
+  runs: MotionRun[]; // the measured one first
+}
+
+export interface LogFinding {
+  severity: "wrong" | "warning" | "remark";
+  kind: string;
+  log: string | null;
+  quantity: string | null;
+  message: string;
+  fix: string | null;
+}
+
+export interface Match {
+  model: string;
+  timestep_ms: number;
+  windows: "whole motions" | { fit_s: number; report_s: number };
+  held_out_by: string;
+  training: string[];
+  held_out: string[];
+  answer: string;
+  to_do: string[];
+  contenders: MatchedContender[]; // best first, those without a fit last
+  unpredictable: string[];
+  odd_names?: string[];
+  warnings: string[];
+  logs: LogErrors[];
+  findings: LogFinding[];
+  motion?: MotionLog[];
 }
 
 // What a value is called and means. The catalogue's order is the order of display.

@@ -5,12 +5,12 @@ import { cards } from "./answers";
 import { claimCounts, claimsList } from "./claims";
 import { readReport, type Report } from "./data";
 import { Drawer } from "./details";
-import { drawWaiting, el, type Child } from "./dom";
+import { drawWaiting, el } from "./dom";
+import { folded, Frame, mastheadOf, part } from "./frame";
 import { engineGrid } from "./grid";
-import { sectionBar } from "./nav";
+import { buildMatch } from "./match";
 import { Palette } from "./palette";
 import { canPick, picker } from "./picker";
-import { Pieces } from "./pieces";
 import { addPlace } from "./places";
 import { recommendation } from "./recommendation";
 import { batchPanels } from "./plots/batches";
@@ -26,8 +26,6 @@ import { harnessCost, manifestTable, stealSummary } from "./tables/manifest";
 import { parity } from "./tables/parity";
 import { transfers } from "./tables/transfer";
 import { valuesTable } from "./tables/values";
-import { themeSwitch } from "./theme";
-import { tooltip } from "./tooltip";
 
 function plate(report: Report): HTMLElement {
   const facts = el("dl", { class: "plate" });
@@ -70,23 +68,6 @@ function leftOut(report: Report): HTMLElement | null {
   );
 }
 
-// A part of the page that is filled later; until then it holds its place.
-function part(id: string, title: string, text: string): HTMLElement {
-  return el("section", { id, class: "part", "aria-busy": "true" }, el("h2", {}, title), text ? el("p", { class: "sub" }, text) : null);
-}
-
-// One that is a line until the reader opens it; `note` says in a few words what is in it.
-function folded(id: string, title: string, note: string, text: string): HTMLElement {
-  return el("details", { id, class: "part fold", "aria-busy": "true" }, el("summary", {}, el("h2", { class: "fold-title" }, title), el("span", { class: "fold-note" }, note)), text ? el("p", { class: "sub" }, text) : null);
-}
-
-// "2026-11-27, Intel(R) Xeon(R) Processor, assay 0.1.0"
-function dateline(report: Report): string {
-  const date = (report.manifest("finished") ?? report.manifest("started"))?.slice(0, 10);
-  const version = report.manifest("assay_version");
-  return [date, report.manifest("cpu"), version && `assay ${version}`].filter(Boolean).join(" · ");
-}
-
 const kOnePage = 12; // systems; of more each has a page of its own
 
 function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HTMLElement): void {
@@ -95,26 +76,11 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
   const address = new Address(report, palette.first);
   const measured = report.json.measured.cells > 0;
   const claims = report.json.claims ?? [];
-  const pieces = new Pieces();
-  const links: [string, string][] = [];
   const answered = report.json.answer ?? [];
-  masthead.append(
-    el("div", { class: "title" }, el("p", { class: "wordmark" }, "assay"), el("h1", {}, report.manifest("campaign_title") || "Physics engines, side by side")),
-    el("p", { class: "lead" }, el("span", { class: "dateline" }, dateline(report)), el("span", { class: "counts" }, ` · ${lead(report)}`)),
-    themeSwitch(),
-  );
-
-  const add = (section: HTMLElement, name: string, fill: () => Child[], now = false) => {
-    links.push([section.id, name]);
-    addPlace(section);
-    page.append(section);
-    const draw = () => {
-      for (const child of fill()) if (child) section.append(child);
-      section.removeAttribute("aria-busy");
-    };
-    if (now) draw();
-    else pieces.add(section, draw);
-  };
+  mastheadOf(report, masthead, report.manifest("campaign_title") || "Physics engines, side by side", lead(report));
+  const frame = new Frame(nav, page, address);
+  const { pieces, links } = frame;
+  const add = frame.add.bind(frame);
   const views = report.mainSystems.map((system) => ({ system, view: report.view(system.name) }));
   const paged = views.length > kOnePage;
   const transferred = report.json.transfer ?? [];
@@ -204,25 +170,9 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
   if (terms.length > 0) add(folded("glossary", "Glossary", `${terms.length} terms`, ""), "Glossary", () => [glossary(report)]);
   add(folded("manifest", "Manifest", "the machine, the program and the campaign behind these figures", ""), "Manifest", () => [plate(report), engines(report), manifestTable(report)]);
   if (measured) add(folded("cite", "Cite these results", "", ""), "Cite", () => [citation(report)]);
-  sectionBar(nav, links, (section) => address.at(section));
-  tooltip.attach();
-  drawWaiting();
-  performance.mark("assay:first-plots");
-
-  let moved = false; // by the reader
-  const move = () => (moved = true);
-  for (const type of ["wheel", "touchstart", "pointerdown", "keydown"]) window.addEventListener(type, move, { once: true, passive: true });
-  const rest = () => {
-    document.body.append(new Drawer(report, palette).element); // of any system's cell
-    pieces.start(() => {
-      // What an address names may have been pushed away by what was drawn above it.
-      if (!moved) address.show();
-      document.body.dataset.ready = "";
-    });
-  };
-  if (document.readyState === "loading") document.addEventListener("DOMContentLoaded", rest, { once: true });
-  else rest();
+  frame.finish(() => document.body.append(new Drawer(report, palette).element)); // of any system's cell
 }
 
 const place = (id: string) => document.getElementById(id)!;
-build(readReport(), place("masthead"), place("sections"), place("page"));
+const read = readReport();
+(read.json.match ? buildMatch : build)(read, place("masthead"), place("sections"), place("page"));

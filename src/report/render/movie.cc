@@ -91,8 +91,15 @@ int write_movie(const Scene& scene, const std::vector<Cell>& cells, const std::v
                                  parts.front().contender, parts.front().failure));
   }
   const double sample_ms = 1000 * ((*longest)[1].time - (*longest)[0].time);
-  const auto stride = static_cast<size_t>(std::max(1.0, std::round(kFrameMs / sample_ms)));
-  const double frame_ms = sample_ms * static_cast<double>(stride);
+  constexpr int kSlowest = 16;
+  int slower = 1;
+  while (slower < kSlowest &&
+         slower * sample_ms * static_cast<double>(longest->size() - 1) < 1000 * request.slow_below_s) {
+    slower *= 2;
+  }
+  const auto stride = static_cast<size_t>(std::max(1.0, std::round(kFrameMs / (slower * sample_ms))));
+  const double frame_ms = slower * sample_ms * static_cast<double>(stride);
+  const std::string speed = slower > 1 ? fmt::format(", at 1/{} of its speed", slower) : "";
   const size_t frames = (longest->size() - 1) / stride + 1;
 
   const int columns = grid_columns(static_cast<int>(parts.size()), request.width, request.height);
@@ -121,7 +128,7 @@ int write_movie(const Scene& scene, const std::vector<Cell>& cells, const std::v
         const State* state = states.empty() ? nullptr : &states[std::min(sample, states.size() - 1)];
         panels.push_back({state, over ? texts[i] + reason_lines(parts[i].failure) : texts[i]});
       }
-      encoder.write(renderer.draw(panels, columns, fmt::format("{:.2f} s", (*longest)[sample].time)));
+      encoder.write(renderer.draw(panels, columns, fmt::format("{:.2f} s{}", (*longest)[sample].time, speed)));
       if (!progress.due()) continue;
       const double elapsed = std::chrono::duration<double>(MovieClock::now() - start).count();
       const auto done = static_cast<double>(frame + 1);
@@ -132,8 +139,8 @@ int write_movie(const Scene& scene, const std::vector<Cell>& cells, const std::v
   }
   progress.clear();
   partial.rename_to(request.out);
-  message(fmt::format("'{}': {} of '{}', {} frames of {:.4g} ms", request.out, counted(parts.size(), "contender"),
-                      request.system, frames, frame_ms));
+  message(fmt::format("'{}': {} of '{}', {} frames of {:.4g} ms{}", request.out, counted(parts.size(), "run"),
+                      request.system, frames, frame_ms, speed));
   return exits::kDone;
 }
 

@@ -19,6 +19,7 @@ struct MovieRequest {
   std::string out;
   int width = 0, height = 0;
   bool of_kept_runs = true;  // else they were made for the movie
+  double slow_below_s = 0;   // a motion that is shorter is shown at 1/2, 1/4, ... of its speed until it takes this long
 };
 
 // Writes the movie and says on standard error what it shows. A status of base/exit_status.h: kFailed where it was

@@ -1,6 +1,7 @@
 #include "run/coordinator/machine.h"
 
 #include <cstdlib>
+#include <ctime>
 #include <fstream>
 #include <string>
 #include <sys/utsname.h>
@@ -101,6 +102,14 @@ std::string node_name() {
   utsname system{};
   ::uname(&system);
   return or_unknown(system.nodename);
+}
+
+std::string date_text(double unix_seconds) {
+  const auto seconds = static_cast<std::time_t>(unix_seconds);
+  std::tm utc{};
+  ::gmtime_r(&seconds, &utc);
+  return fmt::format("{:04}-{:02}-{:02} {:02}:{:02}:{:02} UTC", utc.tm_year + 1900, utc.tm_mon + 1, utc.tm_mday,
+                     utc.tm_hour, utc.tm_min, utc.tm_sec);
 }
 
 }  // namespace assay

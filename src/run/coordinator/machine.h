@@ -17,4 +17,7 @@ std::vector<ManifestEntry> machine_facts();
 // Kubernetes (NODE_NAME) gives it, else the host's.
 std::string node_name();
 
+// "2026-11-27 13:05:09 UTC", as results have times.
+std::string date_text(double unix_seconds);
+
 }  // namespace assay

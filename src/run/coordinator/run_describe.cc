@@ -25,18 +25,6 @@ namespace assay {
 
 using nlohmann::json;
 
-namespace {
-
-std::string date_text(double unix_seconds) {
-  const auto seconds = static_cast<std::time_t>(unix_seconds);
-  std::tm utc{};
-  ::gmtime_r(&seconds, &utc);
-  return fmt::format("{:04}-{:02}-{:02} {:02}:{:02}:{:02} UTC", utc.tm_year + 1900, utc.tm_mon + 1, utc.tm_mday,
-                     utc.tm_hour, utc.tm_min, utc.tm_sec);
-}
-
-}  // namespace
-
 TwinSummary summarised(const std::vector<TimePair>& twins) {
   constexpr double kNear = 0.01;
   TwinSummary summary;

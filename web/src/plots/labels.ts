@@ -7,7 +7,7 @@ export interface LineEnd {
   ends: [x: number, y: number][]; // the preferred end first
 }
 
-interface Box {
+export interface Box {
   left: number;
   right: number;
   top: number;

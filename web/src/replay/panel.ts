@@ -24,6 +24,14 @@ function speedText(speed: number): string {
 // The reference of "each its own": a run of its own contender at the smallest timestep.
 const kOwn = -1;
 
+// How the replay of a measured motion differs: its first run, what was measured, is drawn translucent among the others.
+export interface MeasuredReplay {
+  title: string;
+  text: string;
+}
+
+const kShownSeconds = 2; // a shorter measured motion is shown slowly
+
 class ReplayPanel {
   readonly element: HTMLElement;
   readonly contenders: string[];
@@ -57,12 +65,14 @@ class ReplayPanel {
     private readonly replay: Replay,
     private readonly palette: Palette,
     still: SVGSVGElement | null,
+    private readonly measured: MeasuredReplay | null = null,
   ) {
     const frame = replay.frame_ms / 1000;
     const id = uniqueId("replay");
     this.contenders = [...new Set(replay.runs.map((run) => run.contender))];
     this.steps = [...new Set(replay.runs.map((run) => run.timestep_ms))].sort((a, b) => a - b);
     this.clock = new Clock((replay.frames - 1) * frame, frame);
+    if (measured) this.clock.speed = [...kSpeeds].reverse().find((speed) => speed <= 1 && this.clock.length >= speed * kShownSeconds) ?? kSpeeds[0]!;
     this.plot = new DistancePlot(this.clock);
     this.motions = new Motions(replay);
     this.slider = el("input", { type: "range", min: 0, max: replay.frames - 1, step: 1, value: 0, "aria-label": "Time" });
@@ -71,7 +81,7 @@ class ReplayPanel {
       this.clock.seek(Number(this.slider.value) * frame);
     });
     this.playButton.addEventListener("click", () => this.clock.toggle());
-    this.speed = el("select", { "aria-label": "Speed" }, ...kSpeeds.map((speed) => el("option", { value: speed, selected: speed === 1 }, speedText(speed))));
+    this.speed = el("select", { "aria-label": "Speed" }, ...kSpeeds.map((speed) => el("option", { value: speed, selected: speed === this.clock.speed }, speedText(speed))));
     this.speed.addEventListener("change", () => (this.clock.speed = Number(this.speed.value)));
     this.step = el("select", { id: `${id}-step` }, ...this.steps.map((step) => el("option", { value: step }, `${timestep(step)} ms`)));
     this.step.addEventListener("change", () => {
@@ -105,13 +115,13 @@ class ReplayPanel {
       el(
         "figcaption",
         {},
-        el("h3", {}, "Replay"),
-        el("p", { class: "sub" }, `The runs of the contenders that the legend shows, from the same start${this.steps.length > 1 ? "" : `, at ${first}`}. Drag to turn the view; hold Shift and turn the wheel to zoom.`),
+        el("h3", {}, measured ? measured.title : "Replay"),
+        el("p", { class: "sub" }, measured ? measured.text : `The runs of the contenders that the legend shows, from the same start${this.steps.length > 1 ? "" : `, at ${first}`}. Drag to turn the view; hold Shift and turn the wheel to zoom.`),
       ),
       el(
         "div",
         { class: "replay-bar" },
-        el("div", { class: "segments", role: "radiogroup", "aria-label": "Views" }, ...this.mode(id, "side", "Side by side"), ...this.mode(id, "overlay", "Over the reference")),
+        el("div", { class: "segments", role: "radiogroup", "aria-label": "Views" }, ...this.mode(id, "side", "Side by side"), ...this.mode(id, "overlay", measured ? "In one picture" : "Over the reference")),
         this.steps.length > 1 ? el("label", { for: `${id}-step` }, "Timestep ", this.step) : null,
         el("label", { for: `${id}-reference` }, "Reference ", this.reference, this.steps.length > 1 ? ` at ${first}` : ""),
         el("label", { for: `${id}-trail` }, "Trail of ", this.trail),
@@ -163,7 +173,7 @@ class ReplayPanel {
   }
 
   private mode(id: string, value: Mode, text: string): HTMLElement[] {
-    const input = el("input", { type: "radio", name: `${id}-mode`, id: `${id}-${value}`, value, checked: value === "side" });
+    const input = el("input", { type: "radio", name: `${id}-mode`, id: `${id}-${value}`, value, checked: value === (this.measured ? "overlay" : "side") });
     input.addEventListener("change", () => void this.changed());
     this.modes.push(input);
     return [input, el("label", { for: input.id }, text)];
@@ -323,6 +333,7 @@ class ReplayPanel {
       began = performance.now();
     }
     this.stage?.setMode(this.overlay ? "overlay" : "side");
+    if (this.measured) this.stage?.setTranslucent(0);
     this.stage?.setShown(
       this.chosen.map((name) => this.run(name)),
       this.overlay ? this.solid : -1,
@@ -342,7 +353,7 @@ class ReplayPanel {
   private relabel(): void {
     clear(this.labels);
     const failed = this.chosen.flatMap((name) => this.system.firstFailure(name) ?? []);
-    this.failing.hidden = this.chosen.length === 0;
+    this.failing.hidden = this.chosen.length === 0 || this.measured !== null;
     const list = failed.length > 0 ? `Smallest timestep that fails: ${failed.map((point) => `${point.contender} ${timestep(point.timestep_ms)} ms (${point.why})`).join("; ")}.` : "None of the contenders shown fails at a timestep that was measured.";
     this.failing.textContent = list;
     if (!this.stage) return;
@@ -358,7 +369,7 @@ class ReplayPanel {
       const ghosts = this.chosen.filter((name) => this.run(name) !== this.solid);
       this.labels.style.gridTemplateColumns = "1fr";
       this.labels.append(el("div", { class: "replay-names" }, solid ? label(solid.contender) : null, ...ghosts.map((name) => label(name))));
-      if (solid) this.labels.querySelector("span")?.append(" (solid)");
+      if (solid) this.labels.querySelector("span")?.append(!this.measured ? " (solid)" : this.solid === 0 ? " (translucent)" : "");
     } else if (this.chosen.length === 0) {
       this.labels.append(el("div", {}, "No contender that the legend shows has a kept run."));
     } else {
@@ -448,6 +459,13 @@ function pause(): Promise<void> {
     requestAnimationFrame(() => setTimeout(done, 0));
     setTimeout(done, 100);
   });
+}
+
+// Null for a log without kept runs.
+export function measuredReplay(view: SystemView, palette: Palette, how: MeasuredReplay): HTMLElement | null {
+  const replay = replayOf(view.system);
+  if (!replay || replay.runs.length < 2 || replay.frames < 2) return null;
+  return new ReplayPanel(view, replay, palette, null, how).element;
 }
 
 // Null for a system without kept runs.

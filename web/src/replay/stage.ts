@@ -248,6 +248,7 @@ export class Stage {
   private readonly controls: OrbitControls;
   private shown: number[] = [];
   private reference = -1; // -1: none is drawn solid
+  private translucent = -1; // among runs in one picture the one that others are seen through; -1: all but the reference are
   private mode: Mode = "side";
   private follows = false; // the camera goes with what it looks at
   private line = 1; // m between lines of the ground
@@ -476,6 +477,10 @@ export class Stage {
     this.mode = mode;
   }
 
+  setTranslucent(index: number): void {
+    this.translucent = index;
+  }
+
   setShown(shown: number[], reference: number): void {
     this.shown = shown;
     this.reference = reference;
@@ -511,7 +516,14 @@ export class Stage {
     renderer.setViewport(0, 0, size.width, size.height);
     renderer.clear();
     let columns = 1;
-    if (this.mode === "overlay") {
+    if (this.mode === "overlay" && this.translucent >= 0) {
+      this.figures.forEach(({ ghostMaterial }, index) => {
+        ghostMaterial.transparent = index === this.translucent;
+        ghostMaterial.opacity = ghostMaterial.transparent ? kGhost : 1;
+      });
+      show(-1, this.shown);
+      this.render(size.width, size.height, this.reference, frame);
+    } else if (this.mode === "overlay") {
       show(this.reference, this.shown.filter((index) => index !== this.reference));
       this.render(size.width, size.height, this.reference, frame);
     } else {
