@@ -12,7 +12,9 @@ import statistics
 
 from .common import DOCS, table, write
 
-PANELS = {"double-pendulum": "Double pendulum: held-out error over 2 s (degrees)"}  # of the figure
+# Of the figure: its title, and which error of a free body it shows.
+PANELS = {"double-pendulum": ("Double pendulum: held-out error over 2 s (degrees)", None),
+          "tosses": ("Tossed cube: held-out error over the whole motion (% of its side)", "position_percent")}
 RESAMPLES = 2000
 
 
@@ -91,6 +93,14 @@ def errors_table(found):
     return table(["contender", *spans, "noise floor", "behind the best (95 %)"], rows)
 
 
+def phases_table(found):
+    """Where in the motion the fitted contenders are off."""
+    order = ranked(found)
+    phases = [each["phase"] for each in order[0].found["phases"]]
+    return table(["contender", *phases], [[f"`{each.name}`", *(f"{of['position_percent']:.1f} %, {of['rotation_deg']:.1f}°" for of in each.found["phases"])]
+                                          for each in order])
+
+
 def parameters_table(found, contenders=3):
     """What the best contenders were given."""
     chosen = ranked(found)[:contenders]
@@ -115,9 +125,9 @@ def parameters_table(found, contenders=3):
 WIDTH, LEFT, RIGHT, LINE, TOP = 640, 190, 30, 17, 40
 
 
-def panel(found, title):
+def panel(found, title, key):
     order = ranked(found)
-    most = max(each.mean("untuned") for each in order) * 1.05
+    most = max(each.mean(which, key) for each in order for which in ("untuned", "held_out")) * 1.05
     height = TOP + LINE * len(order) + 30
 
     def x_of(value):
@@ -130,7 +140,7 @@ def panel(found, title):
         parts.append(f'<text x="{at:.1f}" y="{height - 12}" text-anchor="middle">{tick * step:g}</text>')
     for i, each in enumerate(order):
         y = TOP + LINE * i
-        untuned, fitted, floor = (x_of(each.mean(which)) for which in ("untuned", "held_out", "floor"))
+        untuned, fitted, floor = (x_of(each.mean(which, key)) for which in ("untuned", "held_out", "floor"))
         parts.append(f'<text x="{LEFT - 8}" y="{y + 4}" text-anchor="end">{html.escape(each.name)}</text>')
         parts.append(f'<line x1="{untuned:.1f}" y1="{y}" x2="{fitted:.1f}" y2="{y}" stroke="#999999"/>')
         parts.append(f'<circle cx="{untuned:.1f}" cy="{y}" r="4" fill="white" stroke="#1463c4" stroke-width="1.5"/>')
@@ -140,7 +150,7 @@ def panel(found, title):
 
 
 def figure(found, path):
-    panels = [panel(found[name], title) for name, title in PANELS.items()]
+    panels = [panel(found[name], *title_and_key) for name, title_and_key in PANELS.items()]
     key = ('<circle cx="200" cy="10" r="4" fill="white" stroke="#1463c4" stroke-width="1.5"/><text x="210" y="14">as the file says</text>'
            '<circle cx="320" cy="10" r="4" fill="#1463c4"/><text x="330" y="14">fitted to other logs</text>'
            '<line x1="455" y1="5" x2="455" y2="15" stroke="#d4590c" stroke-width="2"/><text x="463" y="14">noise of the first state</text>')
@@ -163,4 +173,6 @@ def update(options):
     found = {name: answer(options.results, name) for name in PANELS}
     figure(found, options.page.with_suffix(".svg"))
     write(options.page, {"double-pendulum": errors_table(found["double-pendulum"]),
-                         "double-pendulum-parameters": parameters_table(found["double-pendulum"])})
+                         "double-pendulum-parameters": parameters_table(found["double-pendulum"]),
+                         "tosses": errors_table(found["tosses"]), "tosses-phases": phases_table(found["tosses"]),
+                         "tosses-parameters": parameters_table(found["tosses"])})

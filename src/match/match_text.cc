@@ -89,7 +89,8 @@ std::string answer_text(const MatchQuestion& question, const MatchAnswer& answer
   }
   const std::string over =
       answer.whole ? "over whole motions" : fmt::format("over {:g} s", question.config.report_window_s);
-  text += fmt::format("{} moves as the robot did within {} {}, on logs that its fit did not see", best.contender,
+  text += fmt::format("{} moves as {} did within {} {}, on logs that its fit did not see", best.contender,
+                      question.like.empty() ? "the robot" : question.like,
                       in_words(mean_of(best.logs, &LogResult::fitted)), over);
   std::vector<std::string> good;
   for (const ContenderResult& result : answer.contenders) {

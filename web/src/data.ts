@@ -425,6 +425,7 @@ export interface LogFinding {
 
 export interface Match {
   model: string;
+  like?: string; // the contender that moved in place of a robot
   timestep_ms: number;
   windows: "whole motions" | { fit_s: number; report_s: number };
   held_out_by: string;

@@ -124,10 +124,10 @@ export function buildMatch(report: Report, masthead: HTMLElement, nav: HTMLEleme
   const address = new Address(report, first);
   const frame = new Frame(nav, page, address);
   const logs = match.motion ?? [];
-  document.title = `${match.model}: measured motion`;
-  mastheadOf(report, masthead, `${match.model}: which engine moves as measured`, lead(match));
+  document.title = match.like ? `${match.model}: like ${match.like}` : `${match.model}: measured motion`;
+  mastheadOf(report, masthead, `${match.model}: which engine moves as ${match.like ? `${match.like} does` : "measured"}`, lead(match));
 
-  const answer = part("answer", "Which contender moves as the robot does?", "");
+  const answer = part("answer", `Which contender moves as ${match.like ?? "the robot"} does?`, match.like ? `The measured motion of this page is that of ${match.like}, in place of logs.` : "");
   frame.add(answer, "Answer", (): Child[] => [
     match.to_do.length > 0 ? el("p", { class: "alert" }, `Not complete: ${sentenceList(match.to_do)} ${match.to_do.length === 1 ? "has" : "have"} not been fitted yet. The same command goes on where it stopped; motion and replays are added at its end.`) : null,
     el("p", { class: "match-answer" }, degrees(match.answer)),
