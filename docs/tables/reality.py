@@ -150,7 +150,7 @@ def panel(found, title, key):
 
 
 def figure(found, path):
-    panels = [panel(found[name], *title_and_key) for name, title_and_key in PANELS.items()]
+    panels = [panel(found[name], *PANELS[name]) for name in found]
     key = ('<circle cx="200" cy="10" r="4" fill="white" stroke="#1463c4" stroke-width="1.5"/><text x="210" y="14">as the file says</text>'
            '<circle cx="320" cy="10" r="4" fill="#1463c4"/><text x="330" y="14">fitted to other logs</text>'
            '<line x1="455" y1="5" x2="455" y2="15" stroke="#d4590c" stroke-width="2"/><text x="463" y="14">noise of the first state</text>')
@@ -170,9 +170,11 @@ def add_arguments(parser):
 
 
 def update(options):
-    found = {name: answer(options.results, name) for name in PANELS}
+    found = {name: answer(options.results, name) for name in PANELS if list(options.results.glob(f"{name}.json*"))}
     figure(found, options.page.with_suffix(".svg"))
-    write(options.page, {"double-pendulum": errors_table(found["double-pendulum"]),
-                         "double-pendulum-parameters": parameters_table(found["double-pendulum"]),
-                         "tosses": errors_table(found["tosses"]), "tosses-phases": phases_table(found["tosses"]),
-                         "tosses-parameters": parameters_table(found["tosses"])})
+    tables = {}
+    for name, of in found.items():
+        tables |= {name: errors_table(of), f"{name}-parameters": parameters_table(of)}
+        if of["windows"] == "whole motions":
+            tables[f"{name}-phases"] = phases_table(of)
+    write(options.page, tables)

@@ -29,7 +29,7 @@ struct MatchQuestion {
   int jobs = 1;
   int budget = 0;  // candidates of one fit; 0: by the kind of motion
   std::string out;
-  std::string like = {};  // the contender that moved in place of a robot; "": the logs are measured
+  std::string like = {};                   // the contender that moved in place of a robot; "": the logs are measured
   std::vector<std::string> warnings = {};  // of the question itself
 };
 

@@ -46,7 +46,8 @@ struct WindowError {
   bool failed = false;  // the run ended early, or never began: counts as lost from there on
 };
 
-// The most that one sample counts: beyond it a simulation says nothing of the motion. A rotation is half a turn at most.
+// The most that one sample counts: beyond it a simulation says nothing of the motion. A rotation is half a turn at
+// most.
 inline constexpr double kLostDegrees = 90, kLostPercent = 200, kHalfTurn = 180;
 
 class Windows {
