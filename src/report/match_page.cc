@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <initializer_list>
 #include <map>
 
 #include <fmt/format.h>
@@ -44,6 +45,36 @@ json four_digits(const json& number) {
   if (value == 0 || !std::isfinite(value)) return std::isfinite(value) ? json(0) : json();
   const double digit = std::pow(10, 3 - std::floor(std::log10(std::abs(value))));
   return std::round(value * digit) / digit;
+}
+
+// The members of an object that the page has types for.
+json only(const json& object, std::initializer_list<const char*> members) {
+  json kept = json::object();
+  for (const char* member : members) {
+    if (const auto found = object.find(member); found != object.end()) kept[member] = *found;
+  }
+  return kept;
+}
+
+// The same of each object of a list.
+json each_only(const json& list, std::initializer_list<const char*> members) {
+  json kept = json::array();
+  for (const json& object : list) kept.push_back(only(object, members));
+  return kept;
+}
+
+// A contender's figures but for those of single logs.
+json contender_of_page(const json& contender) {
+  json kept = only(contender, {"contender", "failure", "warnings", "score", "untuned_score", "floor_score",
+                               "as_good_as_best", "behind_best", "held_out", "untuned", "floor", "phases"});
+  if (contender.contains("parameters")) {
+    kept["parameters"] =
+        each_only(contender.at("parameters"), {"name", "unit", "status", "value", "low", "high", "model", "with"});
+  }
+  if (contender.contains("not_identified")) {
+    kept["not_identified"] = each_only(contender.at("not_identified"), {"members", "relative_interval", "frozen"});
+  }
+  return kept;
 }
 
 // The errors of all held-out logs, by contender and figure, in the order of `names`.
@@ -124,7 +155,7 @@ std::vector<ReplaySource> replay_sources(const std::string& dir, const json& mot
   return sources;
 }
 
-json page_data(const std::string& dir, json answer) {
+json page_data(const std::string& dir, const json& answer) {
   json manifest = read_json(dir, match::kManifestFile);
   if (!manifest.is_object()) manifest = json::object();
   const json found = read_json(dir, match::kLogsFile);
@@ -153,11 +184,13 @@ json page_data(const std::string& dir, json answer) {
   }
   add_contender(match::kMeasured, match::kMeasured, {});
 
-  answer["logs"] = log_errors(answer.at("contenders"), answer.at("held_out").get<std::vector<std::string>>());
-  for (json& contender : answer["contenders"]) {
-    for (const char* part : {"logs", "starts", "changes", "settings"}) contender.erase(part);
-  }
-  answer["findings"] = found.is_object() ? found.value("findings", json::array()) : json::array();
+  json match = only(answer, {"model", "like", "timestep_ms", "windows", "held_out_by", "training", "held_out", "answer",
+                             "to_do", "unpredictable", "odd_names", "warnings"});
+  match["logs"] = log_errors(answer.at("contenders"), answer.at("held_out").get<std::vector<std::string>>());
+  match["contenders"] = json::array();
+  for (const json& contender : answer.at("contenders")) match["contenders"].push_back(contender_of_page(contender));
+  match["findings"] = each_only(found.is_object() ? found.value("findings", json::array()) : json::array(),
+                                {"severity", "kind", "log", "quantity", "message", "fix"});
   json data = {{"format", kReportFormat},
                {"manifest", std::move(entries)},
                {"systems", json::array()},
@@ -173,9 +206,9 @@ json page_data(const std::string& dir, json answer) {
     for (json& log : motion["logs"]) {
       for (json& run : log["runs"]) run.erase("states");
     }
-    answer["motion"] = std::move(motion["logs"]);
+    match["motion"] = std::move(motion["logs"]);
   }
-  data["match"] = std::move(answer);
+  data["match"] = std::move(match);
   return data;
 }
 

@@ -386,7 +386,7 @@ export interface MatchedContender {
   untuned?: ErrorFigures;
   floor?: ErrorFigures;
   parameters?: MatchedParameter[];
-  not_identified?: { members: string[]; interval: number; frozen: string }[];
+  not_identified?: { members: string[]; relative_interval: number; frozen: string }[];
   phases?: (Record<string, number | string> & { phase: string })[];
 }
 
