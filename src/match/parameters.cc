@@ -223,8 +223,7 @@ class Chooser {
       case ChangeKind::kGravity: {
         p.unit = "m/s^2";
         const double g = std::max(model_.gravity.norm(), 1.0), own = model_.gravity[p.component];
-        // a table is level within 2 degrees, and the scale of lengths right within 3 %: wider bounds explain impacts by
-        // it
+        // a table is level within 2 degrees and a length right within 3 %; wider bounds only fit impacts
         number(p, own, own - (0.03 * g), own + (0.03 * g), 0.01 * g);
         return true;
       }
