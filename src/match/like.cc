@@ -113,6 +113,7 @@ std::vector<MeasuredLog> motions_like(const ModelSpec& spec, const Model& model,
   std::vector<MeasuredLog> logs;
   for (size_t i = 0; i < runs.size(); ++i) {
     const size_t row = model.joints.size() + 7 * free.size();
+    if (runs[i].ending.outcome == Outcome::kUnsupported) throw UnsupportedError(runs[i].ending.reason);
     if (runs[i].ending.outcome != Outcome::kOk || runs[i].samples.size() != row * samples) {
       throw EngineError(fmt::format("{} does not come to the end of motion {} of {:g} s: {}; choose another --timestep",
                                     like.contender, i + 1, plan.seconds, runs[i].ending.reason));
