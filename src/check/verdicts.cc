@@ -647,13 +647,23 @@ std::string brief(const std::vector<std::string>& contenders, const std::vector<
 std::string verdicts_text(const std::vector<EngineVerdict>& verdicts) {
   std::string out;
   const auto of_engine = contenders_of_engines(verdicts);
+  std::vector<std::string> exact;  // engines; one line says it of all
   std::vector<std::vector<std::string>> rows;
   rows.reserve(verdicts.size());
   for (const EngineVerdict& verdict : verdicts) {
+    if (verdict.worst() == Fidelity::kExact && verdict.contenders.size() == of_engine.at(verdict.engine).size()) {
+      exact.push_back(verdict.engine);
+      continue;
+    }
     rows.push_back({verdict.engine, status(fidelity_text(verdict.worst())), verdict.count(Fidelity::kRefused),
                     verdict.count(Fidelity::kApproximated), brief(verdict.contenders, of_engine.at(verdict.engine))});
   }
-  out += "\n" + table({"engine", "verdict", "refused", "approximated", "contenders"}, rows, {2, 3});
+  if (!exact.empty()) {
+    out += "\n" + paragraph(fmt::format("{} in all contenders of {}", status(fidelity_text(Fidelity::kExact)),
+                                        join(exact, ", ")),
+                            2);
+  }
+  if (!rows.empty()) out += "\n" + table({"engine", "verdict", "refused", "approximated", "contenders"}, rows, {2, 3});
   return out;
 }
 

@@ -209,8 +209,14 @@ class Check(AssayTest):
         """One statement for all joints that an engine treats alike, and for all engines that say the same."""
         report = self.assay_json("check", "humanoid", "--json")
         text = self.assay("check", "humanoid")
-        head, *statements = re.split(r"\n\n|\n(?=  \S)", text.split("engine ", 1)[1])
+        exact, table = text.split("exact in all contenders of ", 1)[1].split("\n\nengine ", 1)
+        head, *statements = re.split(r"\n\n|\n(?=  \S)", table)
+        exact = set(re.split(r",\s+", exact))
         for engine in report["engines"]:
+            if engine["engine"] in exact:
+                self.assertEqual(engine["verdict"], "exact")
+                self.assertEqual([each["engine"] for each in report["engines"]].count(engine["engine"]), 1)
+                continue
             counts = [sum(item["fidelity"] == kind for item in engine["findings"]) for kind in ("refused", "approximated")]
             row = rf"(?m)^{engine['engine']} +{engine['verdict']} +" + "".join(f"{n} +" for n in counts if n)
             self.assertRegex(head, row + rf"(all \d|all but|{engine['contenders'][0]}\b)")

@@ -4,6 +4,7 @@ README.md says what is exact, what is approximated, what is refused and which de
 """
 
 import assay_adapter as assay
+import mujoco_declared
 from contact_pairs import friction_of_shapes, masks_of
 
 # text, what is said of dampers
@@ -75,7 +76,7 @@ class Engine(assay.Engine):
             other="joint limits are soft as contacts", features=features, deviations=deviations(settings))
 
     def check(self, model, settings):
-        found = []
+        found = mujoco_declared.soft_limits_and_contacts(model, settings["cone"])
 
         def add(element, what):
             found.append(assay.Limitation(element=element, what=what))

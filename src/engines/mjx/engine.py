@@ -59,9 +59,11 @@ class Engine(assay.Engine):
             types = model.shapes[pair.shape_a].type, model.shapes[pair.shape_b].type
             if frozenset(types) in WITHOUT_COLLISION:
                 refused.setdefault(tuple(sorted(types)), []).append(pair)
-        return [assay.Limitation(element=element, what=assay.refused(
+        found = mujoco_declared.soft_limits_and_contacts(model, settings["cone"])
+        found.extend(assay.Limitation(element=element, what=assay.refused(
             f"MJX has no collision of {first} and {second}: leave the pair out, or make one a capsule"))
-            for (first, second), pairs in sorted(refused.items()) for element in assay.pair_elements(model, pairs)]
+            for (first, second), pairs in sorted(refused.items()) for element in assay.pair_elements(model, pairs))
+        return found
 
     def create(self, model, state, settings):
         import mjx_world

@@ -40,6 +40,9 @@ class Engine(assay.Engine):
     def capabilities(self, settings):
         return mujoco_declared.capabilities("mujoco-warp", settings, "single", "the graph of a step is captured before the run")
 
+    def check(self, model, settings):
+        return mujoco_declared.soft_limits_and_contacts(model, settings["cone"])
+
     def create(self, model, state, settings):
         import warp_world
 

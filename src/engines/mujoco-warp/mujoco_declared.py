@@ -58,6 +58,20 @@ def capabilities(engine, settings, precision, remark):
         deviations=deviations(engine, settings["cone"]), **contact(settings["solver"], settings["cone"], settings["iterations"]))
 
 
+def soft_limits_and_contacts(model, cone):
+    """What check() says of every code with MuJoCo's soft constraints: mujoco/engine.cc has the same."""
+    found = []
+    if model.contacts:
+        found.append(assay.Limitation(element="contacts", what=assay.approximated(
+            "soft constraints: bodies sink in a little and friction creeps")))
+        if cone == "pyramidal":
+            found.append(assay.Limitation(element="friction", what=assay.approximated(
+                "a four-sided pyramid inside Coulomb's cone: up to 29 % less friction between its axes; --set cone=elliptic is exact")))
+    found.extend(assay.Limitation(element=f"limit of joint '{joint.name}'", what=assay.approximated(
+        "soft constraint: the limit gives way a little under load")) for joint in model.joints if joint.limited)
+    return found
+
+
 def pyramid(cone):
     """The declared deviation of a friction pyramid, if `cone` says that there is one. The bound is 1.05 times its closed form."""
     if cone != "pyramidal":

@@ -90,6 +90,8 @@ class Engine(assay.Engine):
             found.append(assay.Limitation(element="friction of contact pairs", what=assay.refused(
                 "SolverSteel takes the mean of two shapes' coefficients, and no coefficients give every pair its own: give all "
                 "pairs of a body the same friction")))
+        if settings["solver"] == "mujoco":
+            found.extend(mujoco_declared.soft_limits_and_contacts(model, settings["cone"]))
         return found
 
     def create(self, model, state, settings):
