@@ -77,8 +77,9 @@ int run(RunOptions options) {
           "still win; its "
           "campaign.toml can be run with them");
     }
-    return run_robot(options);
+    return options.like_real.empty() ? run_robot(options) : run_like_real(options);
   }
+  refuse_for_campaign("--like-real", !options.like_real.empty());
   refuse_for_campaign("--minutes", options.minutes.has_value());
   refuse_for_campaign("--control", options.control.has_value());
   refuse_for_campaign("--policy", options.policy.any());
@@ -157,6 +158,12 @@ void add_run(CLI::App& app, Action& action) {
       ->type_name("NAME")
       ->delimiter(',')
       ->allow_extra_args(false);
+  command
+      ->add_option(
+          "--like-real", options->like_real,
+          "Ask which contender is the fastest that moves as measured: folder of 'assay match'; --error is then "
+          "of held-out motion, 5% of the body's size or 2deg (default: as good as the best)")
+      ->type_name("DIR");
   command
       ->add_flag("--plan", options->plan_only,
                  "Only write a robot's campaign, to be changed and run: what would be measured, and how")

@@ -23,6 +23,7 @@ struct RobotRequest {
   std::optional<std::string> seeds, seconds, push, push_every, push_joint;
   std::vector<std::string> timesteps;
   std::vector<std::string> contenders;  // names or patterns; default: all
+  std::string like_real;                // folder of a match; "": none
   bool plan_only = false;               // write the programme, measure nothing
 };
 
@@ -32,6 +33,9 @@ bool is_robot(const std::string& given);
 
 // Writes a programme for the robot into the results directory, searches it and prints the answer. The status.
 int run_robot(const RobotRequest& request);
+
+// Times what a match found to move as measured, and prints the fastest of it. The status.
+int run_like_real(const RobotRequest& request);
 
 // Searches a campaign that has a table [search], and prints the answer. The status.
 int run_searched(const RunRequest& request);

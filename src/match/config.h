@@ -87,7 +87,7 @@ struct MatchConfig {
 
   std::optional<DriveLaw> law;                       // empty: kTorque where a log has torques, else kNone
   std::map<std::string, double> stiffness, damping;  // of a joint; "" for all joints that have none of their own
-  int torque_median = 9;                             // samples, odd; 1: none
+  int torque_median = 9;                             // samples, odd, for without_glitches(); 1: none
 
   // [rows]: pattern of names of logs -> spans of time that count, s. Logs that no pattern matches count whole.
   std::vector<std::pair<std::string, std::vector<std::pair<double, double>>>> rows;

@@ -37,7 +37,8 @@ bool Evaluator::start(Worker& worker) const {
 }
 
 std::vector<std::vector<MatchRun>> Evaluator::simulate(const std::vector<Candidate>& candidates,
-                                                       const std::vector<size_t>& windows) {
+                                                       const std::vector<size_t>& windows,
+                                                       const std::vector<std::vector<double>>& offsets) {
   std::vector<std::vector<MatchRun>> found(candidates.size(), std::vector<MatchRun>(windows.size()));
   // few candidates are cut, so that all workers have some; what a window gives does not depend on it
   const size_t parts = candidates.size() >= 2 * workers_.size() ? 1 : std::min(workers_.size(), windows.size());
@@ -49,13 +50,14 @@ std::vector<std::vector<MatchRun>> Evaluator::simulate(const std::vector<Candida
       if (!task.positions.empty()) tasks.push_back(std::move(task));
     }
   }
-  work(std::move(tasks), candidates, windows, found);
+  work(std::move(tasks), candidates, windows, offsets, found);
   runs_ += static_cast<long long>(candidates.size());
   return found;
 }
 
 void Evaluator::work(std::vector<Task> tasks, const std::vector<Candidate>& candidates,
-                     const std::vector<size_t>& windows, std::vector<std::vector<MatchRun>>& found) {
+                     const std::vector<size_t>& windows, const std::vector<std::vector<double>>& offsets,
+                     std::vector<std::vector<MatchRun>>& found) {
   std::deque<Task> waiting(tasks.begin(), tasks.end());
   // A task whose worker did not survive is done window by window; a single window's failure is the outcome.
   const auto lose = [&](Worker& worker, const Ending& ending) {
@@ -107,8 +109,10 @@ void Evaluator::work(std::vector<Task> tasks, const std::vector<Candidate>& cand
       const Candidate& candidate = candidates[worker->task->candidate];
       command.changes = change_texts(candidate.changes);
       command.settings = candidate.settings;
-      for (const size_t position : worker->task->positions)
+      for (const size_t position : worker->task->positions) {
         command.windows.push_back(static_cast<int>(windows[position]));
+        if (!offsets.empty()) command.offsets.push_back(offsets[position]);
+      }
       worker->process->send(command);
       worker->limit = worker->process->limit(limit_s_);
     }

@@ -20,10 +20,11 @@ class Evaluator {
   Evaluator(MatchJob job, int workers, double limit_s, const Interrupts& interrupts);
   ~Evaluator();
 
-  // Of each candidate the runs of these windows (indices into the job's), in their order. Throws SystemError when it is
-  // interrupted, and what a worker reports of the machine or the input.
+  // Of each candidate the runs of these windows (indices into the job's), in their order; `offsets` as in MatchCommand.
+  // Throws SystemError when it is interrupted, and what a worker reports of the machine or the input.
   std::vector<std::vector<MatchRun>> simulate(const std::vector<Candidate>& candidates,
-                                              const std::vector<size_t>& windows);
+                                              const std::vector<size_t>& windows,
+                                              const std::vector<std::vector<double>>& offsets = {});
 
   long long runs() const { return runs_; }
   double engine_s() const { return engine_s_; }
@@ -35,7 +36,7 @@ class Evaluator {
     std::vector<size_t> positions;  // in `windows`
   };
   void work(std::vector<Task> tasks, const std::vector<Candidate>& candidates, const std::vector<size_t>& windows,
-            std::vector<std::vector<MatchRun>>& found);
+            const std::vector<std::vector<double>>& offsets, std::vector<std::vector<MatchRun>>& found);
   bool start(Worker& worker) const;
 
   MatchJob job_;

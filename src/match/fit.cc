@@ -5,6 +5,7 @@
 #include <fstream>
 #include <map>
 
+#include <Eigen/SVD>
 #include <fmt/format.h>
 
 #include "base/errors.h"
@@ -40,6 +41,105 @@ double cost_of(const Windows& windows, const std::vector<size_t>& training, cons
   }
   return sum / static_cast<double>(std::max<size_t>(count, 1));
 }
+
+// Takes out of residuals what an error of the first states explains: they are known only as well as the samples around
+// them, and a fit that takes them for exact answers with its parameters. To first order each window's first state is
+// free within its noise, and its best choice is put in; what is left is as if the samples alone were noisy.
+class FirstStates {
+ public:
+  FirstStates(const Windows& windows, const std::vector<size_t>& training) : windows_(windows), training_(training) {
+    for (const size_t index : training) {
+      components_ = std::max(components_, 2 * windows.all()[index].joints.size());
+    }
+    taken_.resize(training.size());
+  }
+
+  // Numbers of a first state, which linearise() simulates one by one.
+  size_t components() const { return components_; }
+
+  void linearise(Evaluator& evaluator, const Candidate& candidate) {
+    std::vector<size_t> asked;
+    std::vector<std::vector<double>> offsets;
+    std::vector<size_t> first;  // run of each window
+    for (const size_t index : training_) {
+      const Window& window = windows_.all()[index];
+      first.push_back(asked.size());
+      const size_t joints = window.message.position.size();
+      asked.push_back(index);
+      offsets.emplace_back(2 * joints, 0.0);
+      for (size_t k = 0; k < 2 * window.joints.size(); ++k) {
+        asked.push_back(index);
+        offsets.emplace_back(2 * joints, 0.0);
+        const bool rate = k >= window.joints.size();
+        const auto joint = static_cast<size_t>(window.joints[rate ? k - window.joints.size() : k]);
+        offsets.back()[(rate ? joints : 0) + joint] = step(window, k);
+      }
+    }
+    const std::vector<MatchRun> runs = evaluator.simulate({candidate}, asked, offsets).front();
+    for (size_t w = 0; w < training_.size(); ++w) {
+      const Window& window = windows_.all()[training_[w]];
+      taken_[w] = taken(window, runs, first[w]);
+    }
+  }
+
+  // Changes the residuals of training window number `w`.
+  void take_out(size_t w, std::vector<double>& residuals) const {
+    const Taken& taken = taken_[w];
+    if (taken.basis.size() == 0) return;
+    Eigen::Map<Eigen::VectorXd> all(residuals.data(), static_cast<Eigen::Index>(residuals.size()));
+    all -= taken.basis * taken.share.cwiseProduct(taken.basis.transpose() * all).eval();
+  }
+
+ private:
+  struct Taken {
+    Eigen::MatrixXd basis;  // columns: orthonormal directions of a window's residuals
+    Eigen::VectorXd share;  // that is taken out along each
+  };
+
+  static double noise(const Window& window, size_t k) {
+    // the polynomial's own error comes on top of the noise of its samples
+    constexpr double kSlack = 4;
+    const size_t joints = window.joints.size();
+    return kSlack * window.joint_noise[k % joints][k < joints ? 0 : 1];
+  }
+  static double step(const Window& window, size_t k) {
+    constexpr double kLeast = 1e-4;  // above what single precision rounds
+    return std::max(noise(window, k), kLeast);
+  }
+
+  Taken taken(const Window& window, const std::vector<MatchRun>& runs, size_t first) const {
+    const size_t joints = window.joints.size();
+    double variance = 0;  // of a sample, in the unit of residuals
+    for (size_t j = 0; j < joints; ++j) {
+      variance +=
+          std::pow(windows_.unit_of(window.joints[j]) * window.joint_noise[j][2], 2) / static_cast<double>(joints);
+    }
+    if (joints == 0 || variance <= 0) return {};
+    const std::vector<double> at_start = windows_.residuals(window, runs[first]);
+    const auto rows = static_cast<Eigen::Index>(at_start.size());
+    Eigen::MatrixXd slopes(rows, static_cast<Eigen::Index>(2 * joints));  // by standard deviations of the first state
+    for (size_t k = 0; k < 2 * joints; ++k) {
+      const std::vector<double> moved = windows_.residuals(window, runs[first + 1 + k]);
+      const double scale = noise(window, k) / step(window, k) / std::sqrt(variance);
+      for (Eigen::Index r = 0; r < rows; ++r) {
+        const auto i = static_cast<size_t>(r);
+        slopes(r, static_cast<Eigen::Index>(k)) = scale * (moved[i] - at_start[i]);
+      }
+    }
+    if (!slopes.allFinite()) return {};
+    const Eigen::BDCSVD<Eigen::MatrixXd> split(slopes, Eigen::ComputeThinU);
+    Taken found;
+    found.basis = split.matrixU();
+    // I - J (J'J + 1)^-1 J' as the square of I - U (1 - 1 / sqrt(1 + s^2)) U'
+    found.share = 1 - (1 + split.singularValues().array().square()).rsqrt();
+    return found;
+  }
+
+  const Windows& windows_;
+  const std::vector<size_t>& training_;
+  std::vector<Taken> taken_;
+  size_t components_ = 0;
+};
 
 // Costs of batches that an earlier start of the same fit has evaluated.
 class Record {
@@ -103,6 +203,8 @@ Fit fit(Evaluator& evaluator, const Model& model, const Windows& windows, const 
     task["blocks"].push_back(windows.residual_count(window));
     task["clusters"].push_back(logs.size() >= kEnoughLogs ? logs.at(window.log) : i);
   }
+  FirstStates first_states(windows, training);
+  task["first_states"] = !options.rough && first_states.components() > 0;
   const auto value_list = [&](const json& coordinates) {
     std::vector<double> values;
     for (size_t k = 0; k < parameters.size(); ++k)
@@ -141,6 +243,12 @@ Fit fit(Evaluator& evaluator, const Model& model, const Windows& windows, const 
       found.evaluations = end.at("evaluations").get<int>();
       return found;
     }
+    if (message.contains("linearise")) {
+      first_states.linearise(evaluator, candidate_of(model, parameters, value_list(message.at("linearise"))));
+      done += 1 + static_cast<int>(first_states.components());
+      optimiser.answer({{"simulated", 1 + first_states.components()}});
+      continue;
+    }
     const json& asked = message.at("ask");
     const bool costs = message.contains("costs");
     const std::string key = Record::key(asked);
@@ -164,7 +272,9 @@ Fit fit(Evaluator& evaluator, const Model& model, const Windows& windows, const 
       }
       json residuals = json::array();
       for (size_t i = 0; i < training.size(); ++i) {
-        for (const double r : windows.residuals(windows.all()[training[i]], of_candidate[i])) residuals.push_back(r);
+        std::vector<double> own = windows.residuals(windows.all()[training[i]], of_candidate[i]);
+        first_states.take_out(i, own);
+        for (const double r : own) residuals.push_back(r);
       }
       answer.push_back(std::move(residuals));
     }

@@ -535,6 +535,22 @@ std::vector<double> running_median(const std::vector<double>& values, int sample
   return medians;
 }
 
+std::vector<double> without_glitches(const std::vector<double>& values, int samples) {
+  constexpr double kFar = 4 * 1.4826;  // median deviations; 1.4826 of them are a standard deviation
+  const size_t half = static_cast<size_t>(std::max(samples, 1)) / 2;
+  const std::vector<double> medians = running_median(values, samples);
+  std::vector<double> kept = values, off;
+  for (size_t i = 0; i < values.size(); ++i) {
+    const size_t reach = std::min({half, i, values.size() - 1 - i});
+    off.clear();
+    for (size_t k = i - reach; k <= i + reach; ++k) off.push_back(std::abs(values[k] - medians[i]));
+    const auto middle = off.begin() + static_cast<std::ptrdiff_t>(reach);
+    std::ranges::nth_element(off, middle);
+    if (std::abs(values[i] - medians[i]) > kFar * *middle) kept[i] = medians[i];
+  }
+  return kept;
+}
+
 DriveLaw drive_law(const std::vector<MeasuredLog>& logs, const MatchConfig& config) {
   if (config.law) return *config.law;
   const bool torques =

@@ -81,8 +81,13 @@ std::vector<MeasuredLog> read_logs(const std::vector<std::string>& paths, const 
 // Throws InputError where [rows] or [held_out] name a log that is not there; read_logs() has done it.
 void check_names(const std::vector<MeasuredLog>& logs, const MatchConfig& config);
 
-// A torque, or another signal, without its glitches: the median of `samples` (odd) around each sample.
+// The median of `samples` (odd) around each sample.
 std::vector<double> running_median(const std::vector<double>& values, int samples);
+
+// A torque without its glitches: a sample that is more than four standard deviations from that median becomes it
+// (Hampel's filter; deviations of the samples around it, by their own median). All others stay: a median flattens
+// peaks.
+std::vector<double> without_glitches(const std::vector<double>& values, int samples);
 
 // What drives the joints of these logs: the configuration's law, else torques where all logs have them.
 DriveLaw drive_law(const std::vector<MeasuredLog>& logs, const MatchConfig& config);

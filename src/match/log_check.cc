@@ -447,7 +447,8 @@ class Checker {
             .text = fmt::format("{} of {} are far from all around them, the first at {:.4g} s", glitches.size(),
                                 counted(joint.torque.size(), "sample"), log.time[glitches.front()]),
             .fix = config_.torque_median > 1
-                       ? fmt::format("a median of {} samples removes them ('median' in [drive])", config_.torque_median)
+                       ? fmt::format("each is replaced by the median of {} samples around it ('median' in [drive])",
+                                     config_.torque_median)
                        : "remove them by 'median' in [drive]"});
     }
     const std::vector<double> smooth = running_median(joint.torque, 9);

@@ -36,6 +36,8 @@ constexpr double kFence = 1.5;                            // interquartile range
 constexpr double kOdd = 2;                                // times the median log: nobody explains it
 constexpr size_t kMostKeptNumbers = 100'000;              // that are kept of a log's motion
 constexpr size_t kLeastKept = 200, kMostKept = 1500;
+// Timesteps at which a fit is judged, too, as factors of the one that it was made at.
+constexpr std::array<double, 4> kOtherTimesteps = {0.5, 2, 4, 8};
 
 // Which logs a fit sees and which it is judged by.
 struct Fold {
@@ -102,10 +104,12 @@ MeasuredLog part_of(const MeasuredLog& log, size_t from, size_t to, const std::s
   return part;
 }
 
-// What a contender's result depends on.
+// What a contender's result depends on; the engine's part of the program is in it, the coordinator's is not.
 std::string key_of(const MatchQuestion& question, const std::string& contender) {
-  std::string text = fmt::format("match 2 {} {} {} {} {}\n", question.spec.hash, contender, question.timestep_ms,
-                                 question.budget, question.config.seed);
+  const std::string engine = Registry::instance().resolve(contender).engine->name();
+  std::string text = fmt::format("match 3 {} {} {} {} {} {}\n", question.spec.hash, contender,
+                                 Registry::instance().plugin_hash(engine), question.timestep_ms, question.budget,
+                                 question.config.seed);
   const auto add = [&](const auto& numbers) {
     for (const auto& number : numbers) text += fmt::format("{},", number);
     text += "\n";
@@ -140,6 +144,7 @@ struct Scored {
   std::vector<WindowError> untuned, fitted, floor;              // of report windows
   std::vector<WindowError> untuned_short, fitted_short;         // of fit windows
   std::vector<std::array<std::vector<WindowError>, 3>> phases;  // samples before, at, after the first impact
+  std::array<std::vector<WindowError>, kOtherTimesteps.size()> elsewhere;  // `fitted` at each of kOtherTimesteps
 };
 
 Json errors_json(const std::vector<WindowError>& errors) {
@@ -183,6 +188,8 @@ Json raw_json(const Raw& raw, const std::string& key) {
       for (const auto& phase : phases) each.push_back(errors_json(phase));
       one["phases"].push_back(each);
     }
+    one["elsewhere"] = Json::array();
+    for (const auto& errors : scored.elsewhere) one["elsewhere"].push_back(errors_json(errors));
     made["scored"].push_back(one);
   }
   return made;
@@ -190,8 +197,6 @@ Json raw_json(const Raw& raw, const std::string& key) {
 
 bool raw_from(const Json& kept, const std::string& key, Raw& raw) {
   if (!kept.is_object() || kept.value("key", "") != key) return false;
-  // of an earlier version: what was evaluated is kept, so fitting again takes little
-  if (std::ranges::any_of(kept.at("scored"), [](const Json& one) { return !one.contains("values"); })) return false;
   raw.result.failure = kept.at("failure").get<std::string>();
   raw.result.warnings = kept.at("warnings").get<std::vector<std::string>>();
   raw.result.engine_s = kept.at("engine_s").get<double>();
@@ -208,6 +213,7 @@ bool raw_from(const Json& kept, const std::string& key, Raw& raw) {
     for (const Json& each : one.at("phases")) {
       scored.phases.push_back({errors_from(each[0]), errors_from(each[1]), errors_from(each[2])});
     }
+    for (size_t t = 0; t < kOtherTimesteps.size(); ++t) scored.elsewhere[t] = errors_from(one.at("elsewhere").at(t));
     raw.scored.push_back(std::move(scored));
   }
   return true;
@@ -400,10 +406,30 @@ class Matcher {
       own.untuned_short.push_back(windows_.error(window, untuned[brief[r]]));
       own.fitted_short.push_back(windows_.error(window, runs[from + r]));
     }
+    score_elsewhere(found, parameters, report, of_log);
     for (auto& [log, own] : of_log) {
       own.log = log;
       own.values = found.values;
       scored.push_back(std::move(own));
+    }
+  }
+
+  // What the fit is worth at other timesteps.
+  void score_elsewhere(const Fit& found, const std::vector<Parameter>& parameters, const std::vector<size_t>& report,
+                       std::map<size_t, Scored>& of_log) {
+    if (report.empty()) return;
+    std::vector<size_t> every(report.size());
+    std::iota(every.begin(), every.end(), size_t{0});
+    for (size_t t = 0; t < kOtherTimesteps.size(); ++t) {
+      MatchJob job = job_of(current_);
+      job.timestep_ms *= kOtherTimesteps[t];
+      for (const size_t i : report) job.windows.push_back(windows_.all()[i].message);
+      Evaluator evaluator(std::move(job), question_.jobs, kLimitS, interrupts_);
+      const auto runs = evaluator.simulate({candidate_of(question_.model, parameters, found.values)}, every).front();
+      for (size_t r = 0; r < report.size(); ++r) {
+        const Window& window = windows_.all()[report[r]];
+        of_log.at(window.log).elsewhere[t].push_back(windows_.error(window, runs[r]));
+      }
     }
   }
 
@@ -490,6 +516,7 @@ class Matcher {
         result.failure = "no held-out window can be predicted from its first state";
         continue;
       }
+      result.timesteps = by_timestep(raw.scored, floors);
       std::vector<double> fitted, untuned;
       for (const LogResult& log : result.logs)
         fitted.push_back(log.fitted.score()), untuned.push_back(log.untuned.score());
@@ -518,6 +545,40 @@ class Matcher {
     }
     odd_logs(results, answer);
     answer.contenders = std::move(results);
+  }
+
+  // The fit at its own and at other timesteps, over the windows that are predictable; ascending.
+  std::vector<TimestepResult> by_timestep(const std::vector<Scored>& scored,
+                                          const std::map<std::pair<size_t, size_t>, double>& floors) const {
+    std::vector<TimestepResult> results;
+    const auto add = [&](double timestep_ms, const auto& errors_of) {
+      TimestepResult result{timestep_ms, {}, {}, 0, 0};
+      std::vector<double> scores;
+      std::vector<ErrorFigures> figures;
+      for (const Scored& log : scored) {
+        std::vector<WindowError> errors;
+        for (size_t w = 0; w < errors_of(log).size(); ++w) {
+          if (floors.at({log.log, w}) > kUnpredictable) continue;
+          errors.push_back(errors_of(log)[w]);
+          result.failed += errors.back().failed ? 1 : 0;
+        }
+        if (errors.empty()) continue;
+        result.windows += static_cast<int>(errors.size());
+        figures.push_back(figures_of(mean_error(errors), windows_));
+        scores.push_back(figures.back().score());
+      }
+      if (scores.empty()) return;
+      result.error = mean_of(figures);
+      result.score = bootstrap_mean(scores, question_.config.seed);
+      results.push_back(result);
+    };
+    add(question_.timestep_ms, [](const Scored& log) -> const auto& { return log.fitted; });
+    for (size_t t = 0; t < kOtherTimesteps.size(); ++t) {
+      add(kOtherTimesteps[t] * question_.timestep_ms,
+          [t](const Scored& log) -> const auto& { return log.elsewhere[t]; });
+    }
+    std::ranges::sort(results, {}, &TimestepResult::timestep_ms);
+    return results;
   }
 
   static void warn(ContenderResult& result) {
@@ -700,6 +761,19 @@ ErrorFigures figures_of(const WindowError& error, const Windows& windows) {
   if (joints) figures.joints_deg = error.joints;
   if (!windows.bodies().empty()) figures.position_percent = error.position, figures.rotation_deg = error.rotation;
   return figures;
+}
+
+ErrorFigures mean_of(const std::vector<ErrorFigures>& all) {
+  ErrorFigures mean;
+  for (const auto member : {&ErrorFigures::joints_deg, &ErrorFigures::position_percent, &ErrorFigures::rotation_deg}) {
+    double sum = 0;
+    size_t count = 0;
+    for (const ErrorFigures& figures : all) {
+      if (const auto& value = figures.*member) sum += *value, ++count;
+    }
+    if (count > 0) mean.*member = sum / static_cast<double>(count);
+  }
+  return mean;
 }
 
 MatchAnswer match(const MatchQuestion& question, const std::function<void(const std::string&)>& progress,

@@ -41,6 +41,8 @@ struct ErrorFigures {
   double score() const;
 };
 ErrorFigures figures_of(const WindowError& error, const Windows& windows);
+// The mean of each figure over those that have it.
+ErrorFigures mean_of(const std::vector<ErrorFigures>& all);
 
 // One held-out log, as one contender explains it.
 struct LogResult {
@@ -56,6 +58,14 @@ struct Phase {
   ErrorFigures fitted;
 };
 
+// What a fit is worth at a timestep, over the held-out windows that are reported and predictable.
+struct TimestepResult {
+  double timestep_ms = 0;
+  ErrorFigures error;  // the mean over logs
+  Interval score;      // as ContenderResult's
+  int windows = 0, failed = 0;
+};
+
 struct ContenderResult {
   std::string contender;
   std::string failure;  // why there is no fit; "" where there is
@@ -63,7 +73,8 @@ struct ContenderResult {
   Fit fit;                      // to the training logs; with leave_one_out to all of them
   std::vector<LogResult> logs;  // held out
   std::vector<Phase> phases;
-  Interval score, untuned_score;  // means over logs, bootstrap
+  std::vector<TimestepResult> timesteps;  // ascending; the fit's own among them
+  Interval score, untuned_score;          // means over logs, bootstrap
   bool as_good_as_best = false;
   std::optional<Interval> behind_best;  // score difference to the best one, paired
   std::vector<std::string> changes;     // of the fitted model
@@ -97,6 +108,9 @@ std::vector<std::string> write_fitted_models(const MatchQuestion& question, cons
 
 // Of everything that the answer depends on, but the program.
 std::string match_key(const MatchQuestion& question);
+
+// "10.5 % / 11.4 deg"; "-" without figures.
+std::string figures_text(const ErrorFigures& figures);
 
 // The answer in two or three sentences.
 std::string answer_text(const MatchQuestion& question, const MatchAnswer& answer);

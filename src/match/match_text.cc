@@ -30,25 +30,9 @@ Json json_of(const Interval& interval) {
 
 // The mean over logs.
 ErrorFigures mean_of(const std::vector<LogResult>& logs, ErrorFigures LogResult::* which) {
-  ErrorFigures mean;
-  const auto add = [&](std::optional<double> ErrorFigures::* member) {
-    double sum = 0;
-    size_t count = 0;
-    for (const LogResult& log : logs) {
-      if (const auto& value = (log.*which).*member) sum += *value, ++count;
-    }
-    if (count > 0) mean.*member = sum / static_cast<double>(count);
-  };
-  add(&ErrorFigures::joints_deg), add(&ErrorFigures::position_percent), add(&ErrorFigures::rotation_deg);
-  return mean;
-}
-
-std::string text_of(const ErrorFigures& figures) {
-  std::vector<std::string> parts;
-  if (figures.joints_deg) parts.push_back(fmt::format("{:.2f} deg", *figures.joints_deg));
-  if (figures.position_percent) parts.push_back(fmt::format("{:.1f} %", *figures.position_percent));
-  if (figures.rotation_deg) parts.push_back(fmt::format("{:.1f} deg", *figures.rotation_deg));
-  return parts.empty() ? "-" : join(parts, " / ");
+  std::vector<ErrorFigures> all;
+  for (const LogResult& log : logs) all.push_back(log.*which);
+  return mean_of(all);
 }
 
 // The same in a sentence: "21.7 % of its size and 17.5 deg".
@@ -75,7 +59,43 @@ Verdict verdict_of(const ContenderResult& result, size_t index) {
   return {std::ranges::find(bound, name) != bound.end() ? "at its bound" : "fitted", ""};
 }
 
+// How the held-out error goes with the timestep.
+void add_timesteps(const MatchAnswer& answer, Answer& text) {
+  std::vector<double> columns;
+  for (const ContenderResult& result : answer.contenders) {
+    for (const TimestepResult& at : result.timesteps) columns.push_back(at.timestep_ms);
+  }
+  std::ranges::sort(columns);
+  columns.erase(std::ranges::unique(columns).begin(), columns.end());
+  if (columns.size() < 2) return;
+  std::vector<std::string> headings = {"contender"};
+  for (const double timestep_ms : columns) headings.push_back(timestep_label(timestep_ms) + " ms");
+  std::vector<std::vector<std::string>> rows;
+  for (const ContenderResult& result : answer.contenders) {
+    if (result.timesteps.empty()) continue;
+    std::vector<std::string> row = {result.contender};
+    for (const double timestep_ms : columns) {
+      const auto at = std::ranges::find(result.timesteps, timestep_ms, &TimestepResult::timestep_ms);
+      row.push_back(at == result.timesteps.end() ? "-"
+                    : at->failed > 0
+                        ? fmt::format("{}, {} of {} fail", figures_text(at->error), at->failed, at->windows)
+                        : figures_text(at->error));
+    }
+    rows.push_back(std::move(row));
+  }
+  text.part("Held out, by timestep");
+  text.table(std::move(headings), std::move(rows));
+}
+
 }  // namespace
+
+std::string figures_text(const ErrorFigures& figures) {
+  std::vector<std::string> parts;
+  if (figures.joints_deg) parts.push_back(fmt::format("{:.2f} deg", *figures.joints_deg));
+  if (figures.position_percent) parts.push_back(fmt::format("{:.1f} %", *figures.position_percent));
+  if (figures.rotation_deg) parts.push_back(fmt::format("{:.1f} deg", *figures.rotation_deg));
+  return parts.empty() ? "-" : join(parts, " / ");
+}
 
 std::string answer_text(const MatchQuestion& question, const MatchAnswer& answer) {
   std::string text;
@@ -162,6 +182,14 @@ Json match_json(const MatchQuestion& question, const MatchAnswer& answer) {
         each["phase"] = phase.name;
         one["phases"].push_back(each);
       }
+      one["timesteps"] = Json::array();
+      for (const TimestepResult& at : result.timesteps) {
+        one["timesteps"].push_back({{"timestep_ms", at.timestep_ms},
+                                    {"held_out", json_of(at.error)},
+                                    {"score", json_of(at.score)},
+                                    {"windows", at.windows},
+                                    {"failed", at.failed}});
+      }
       one["logs"] = Json::array();
       for (const LogResult& log : result.logs) {
         one["logs"].push_back({{"log", log.log},
@@ -200,13 +228,13 @@ Answer match_text(const MatchQuestion& question, const MatchAnswer& answer) {
   std::vector<std::vector<std::string>> rows;
   for (const ContenderResult& result : answer.contenders) {
     if (!result.failure.empty()) continue;
-    std::vector<std::string> row = {result.contender, text_of(mean_of(result.logs, &LogResult::fitted)),
-                                    text_of(mean_of(result.logs, &LogResult::untuned)),
-                                    text_of(mean_of(result.logs, &LogResult::floor)),
+    std::vector<std::string> row = {result.contender, figures_text(mean_of(result.logs, &LogResult::fitted)),
+                                    figures_text(mean_of(result.logs, &LogResult::untuned)),
+                                    figures_text(mean_of(result.logs, &LogResult::floor)),
                                     &result == &*best        ? "best"
                                     : result.as_good_as_best ? "as good"
                                                              : fmt::format("+{:.2g}", result.behind_best->value)};
-    if (!answer.whole) row.insert(row.begin() + 2, text_of(mean_of(result.logs, &LogResult::fitted_short)));
+    if (!answer.whole) row.insert(row.begin() + 2, figures_text(mean_of(result.logs, &LogResult::fitted_short)));
     rows.push_back(std::move(row));
   }
   if (!rows.empty()) {
@@ -217,6 +245,7 @@ Answer match_text(const MatchQuestion& question, const MatchAnswer& answer) {
     }
     text.table(columns, std::move(rows));
   }
+  add_timesteps(answer, text);
   for (const ContenderResult& result : answer.contenders) {
     text.part(result.contender);
     if (!result.failure.empty()) {
@@ -241,7 +270,7 @@ Answer match_text(const MatchQuestion& question, const MatchAnswer& answer) {
       text.line(fmt::format("not identified: {} (95 % spans {:.2g} times itself): {} stays as in the model",
                             join(each.members, " x "), each.interval, each.frozen));
     }
-    for (const Phase& phase : result.phases) text.fact(phase.name, text_of(phase.fitted));
+    for (const Phase& phase : result.phases) text.fact(phase.name, figures_text(phase.fitted));
   }
   if (!answer.unpredictable.empty() || !answer.odd_logs.empty()) {
     text.part("Logs");

@@ -10,6 +10,8 @@
 # residuals of candidates, a batch at a time, and says at last what it has found:
 #   {"ask": [[...], ...]}  ->  {"residuals": [[...], ...]}, of each candidate, in blocks of task["blocks"] numbers
 #   {"ask": ..., "costs": true}  ->  {"costs": [...]}, the mean Huber loss
+#   {"linearise": [...]}  ->  {"simulated": ...}: from then on residuals are without what an error of the first states
+#                             explains, to first order about this candidate (where task["first_states"])
 #   {"done": {...}}
 import json
 import math
@@ -55,16 +57,23 @@ class Problem:
         x[self.free] = free_values
         return x
 
+    def exchange(self, message):
+        say(message)
+        line = sys.stdin.readline()
+        if not line:
+            sys.exit(3)
+        return json.loads(line)
+
+    def linearise(self, free_values):
+        if self.task["first_states"]:
+            self.evaluations += self.exchange({"linearise": [float(v) for v in self.full(free_values)]})["simulated"]
+
     def ask(self, candidates, costs=False):
         self.evaluations += len(candidates)
         message = {"ask": [[float(v) for v in c] for c in candidates]}
         if costs:
             message["costs"] = True
-        say(message)
-        line = sys.stdin.readline()
-        if not line:
-            sys.exit(3)
-        answer = json.loads(line)
+        answer = self.exchange(message)
         return np.array(answer["costs" if costs else "residuals"], dtype=float)
 
     def residuals(self, free_values):
@@ -108,18 +117,22 @@ def least_squares_from(problem, start, delta, budget):
     lower, upper = problem.lower[problem.free], problem.upper[problem.free]
     inside = np.clip(start, lower + 1e-6 * (upper - lower), upper - 1e-6 * (upper - lower))
     most = max(3, budget // (len(problem.free) + 2))
-    found = least_squares(
-        problem.residuals,
-        inside,
-        jac=lambda x: problem.jacobian(x, problem.task["step"], False),
-        bounds=(lower, upper),
-        loss="huber",
-        f_scale=delta,
-        xtol=1e-5,
-        ftol=1e-6,
-        gtol=1e-9,
-        max_nfev=most,
-    )
+    # the second time with the first states' influence as it is where the first one ended
+    for _ in range(2 if problem.task["first_states"] else 1):
+        problem.linearise(inside)
+        found = least_squares(
+            problem.residuals,
+            inside,
+            jac=lambda x: problem.jacobian(x, problem.task["step"], False),
+            bounds=(lower, upper),
+            loss="huber",
+            f_scale=delta,
+            xtol=1e-5,
+            ftol=1e-6,
+            gtol=1e-9,
+            max_nfev=most,
+        )
+        inside, most = found.x, max(3, most - found.nfev)
     return found.x, huber_cost(found.fun, delta)
 
 
@@ -274,6 +287,7 @@ def fit(task):
         solution = found[0][0]
         if not spread:
             spread = [[float(v) for v in problem.full(x)] + [float(c)] for x, c in found]
+        problem.linearise(solution)
         information = Information(problem, solution, delta)
         weak = information.weakest(task["widest"]) or elsewhere(problem, found, task)
         if weak is None or len(problem.free) == 1 and combinations:

@@ -76,7 +76,7 @@ Windows::Windows(const Model& model, const std::vector<MeasuredLog>& logs, const
       drive.stiffness.resize(joints_), drive.damping.resize(joints_);
       for (const MeasuredJoint& joint : log.joints) {
         const auto j = static_cast<size_t>(joint.joint);
-        if (law == DriveLaw::kTorque) drive.torques[j] = running_median(joint.torque, config.torque_median);
+        if (law == DriveLaw::kTorque) drive.torques[j] = without_glitches(joint.torque, config.torque_median);
         if (law == DriveLaw::kPd) drive.targets[j] = joint.target;
         const auto gain = [&](const std::map<std::string, double>& gains) {
           const auto own = gains.find(model.joints[j].name), all = gains.find("");
@@ -165,7 +165,7 @@ void Windows::add(const Model& model, const MeasuredLog& log, size_t index, size
     const auto j = static_cast<size_t>(joint.joint);
     message.position[j] = first.position, message.velocity[j] = first.velocity;
     window.joints.push_back(joint.joint);
-    window.joint_noise.push_back({first.position_sd, first.velocity_sd});
+    window.joint_noise.push_back({first.position_sd, first.velocity_sd, first.sample_sd});
   }
   // free bodies: flight
   size_t flown = to - from + 1;
@@ -222,6 +222,8 @@ std::vector<size_t> Windows::of(WindowUse use, const std::vector<bool>& logs) co
   return found;
 }
 
+double Windows::unit_of(int joint) const { return slides_[static_cast<size_t>(joint)] ? kMillimetres : kDegrees; }
+
 size_t Windows::residual_count(const Window& window) const {
   return window.message.times.size() * (window.joints.size() + 6 * window.message.flights.size());
 }
@@ -256,7 +258,7 @@ std::vector<double> Windows::residuals(const Window& window, const MatchRun& run
     const size_t at = s * row;
     const bool there = at + row <= simulated.size();
     for (size_t j = 0; j < window.joints.size(); ++j) {
-      const double unit = slides_[static_cast<size_t>(window.joints[j])] ? kMillimetres : kDegrees;
+      const double unit = unit_of(window.joints[j]);
       add(there ? unit * (simulated[at + j] - window.measured[at + j]) : kLostDegrees, kLostDegrees);
     }
     for (size_t f = 0; f < window.message.flights.size(); ++f) {
@@ -288,7 +290,7 @@ std::vector<WindowError> Windows::compare(const Window& window, const std::vecto
     }
     double squares = 0;
     for (size_t j = 0; j < window.joints.size(); ++j) {
-      const double unit = slides_[static_cast<size_t>(window.joints[j])] ? kMillimetres : kDegrees;
+      const double unit = unit_of(window.joints[j]);
       squares += std::pow(unit * (a[at + j] - b[at + j]), 2);
     }
     if (!window.joints.empty()) {

@@ -32,8 +32,8 @@ struct Window {
   MatchWindow message;
   std::vector<int> joints;       // that are compared: of the model
   std::vector<double> measured;  // as MatchRun::samples has the compared joints and all flights
-  // Standard deviations of the first state: position and velocity of each compared joint.
-  std::vector<std::array<double, 2>> joint_noise;
+  // Standard deviations: of the first state's position and velocity of each compared joint, and of a sample.
+  std::vector<std::array<double, 3>> joint_noise;
   std::vector<std::array<double, 4>> flight_noise;  // of each flight: position, velocity, rotation, angular velocity
   size_t flown = 0;                                 // samples before the first impact; whole motions alone
 };
@@ -63,6 +63,8 @@ class Windows {
 
   // Number of residuals of a window; the residuals, components of errors in degrees and percent.
   size_t residual_count(const Window& window) const;
+  // How many of the unit of errors a radian or metre of the joint is.
+  double unit_of(int joint) const;
   std::vector<double> residuals(const Window& window, const MatchRun& run) const;
   WindowError error(const Window& window, const MatchRun& run) const;
   // The errors of single samples, joints' or (position, rotation) pairs, for what is left and where.

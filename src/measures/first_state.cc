@@ -71,6 +71,7 @@ FirstCoordinate first_coordinate(std::span<const double> times, std::span<const 
   if (n <= terms) return first;
   const double variance = (values - powers * found).squaredNorm() / static_cast<double>(n - terms);
   const Eigen::MatrixXd covariance = variance * normal.inverse();
+  first.sample_sd = std::sqrt(variance);
   first.position_sd = std::sqrt(std::max(0.0, covariance(0, 0)));
   first.velocity_sd = std::sqrt(std::max(0.0, covariance(1, 1))) / scale;
   return first;

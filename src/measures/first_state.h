@@ -13,6 +13,7 @@ namespace assay {
 struct FirstCoordinate {
   double position = 0, velocity = 0;
   double position_sd = 0, velocity_sd = 0;
+  double sample_sd = 0;  // of a sample about the polynomial
 };
 
 // From the cubic (with fewer than 6 samples the parabola or line) of least squares through `positions` at `times`,

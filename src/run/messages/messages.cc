@@ -121,7 +121,7 @@ void fields(auto& is, Of<MatchJob> auto& m) {
   is("subject", m.subject)("timestep_ms", m.timestep_ms)("drives", m.drives)("windows", m.windows);
 }
 void fields(auto& is, Of<MatchCommand> auto& m) {
-  is("changes", m.changes)("settings", m.settings)("windows", m.windows);
+  is("changes", m.changes)("settings", m.settings)("windows", m.windows)("offsets", m.offsets);
 }
 void fields(auto& is, Of<PrepareCommand> auto& m) { is("timestep_ms", m.timestep_ms); }
 void fields(auto& is, Of<SampleCommand> auto& m) { is("how", m.how); }

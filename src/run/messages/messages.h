@@ -256,6 +256,8 @@ struct MatchCommand {
   std::vector<std::string> changes;
   std::map<std::string, std::string> settings;
   std::vector<int> windows;
+  // Of each window what is added to the positions, then to the velocities of its first state; empty: of none.
+  std::vector<std::vector<double>> offsets;
 };
 
 using Request = std::variant<RunJob, TruthJob, PiecesJob, AgreementJob, ScalingJob, ConformanceJob, ProbeJob, TimingJob,

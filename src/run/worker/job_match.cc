@@ -67,11 +67,16 @@ class MatchSession {
     const double delay_s = delay_s_of(changes);
 
     MatchSimulated simulated;
-    for (const int index : command.windows) {
+    if (!command.offsets.empty() && command.offsets.size() != command.windows.size()) {
+      throw SystemError("a session was sent offsets of another number than its windows");
+    }
+    for (size_t w = 0; w < command.windows.size(); ++w) {
+      const int index = command.windows[w];
       const auto at = static_cast<size_t>(index);
       if (index < 0 || at >= job_.windows.size())
         throw SystemError("a session was sent a window that it does not have");
-      const MatchWindow& window = job_.windows[at];
+      MatchWindow window = job_.windows[at];
+      if (!command.offsets.empty()) move_start(window, command.offsets[w]);
       LogDrive drive;
       if (window.drive >= 0) {
         const MatchDrive& logged = job_.drives[static_cast<size_t>(window.drive)];
@@ -104,6 +109,12 @@ class MatchSession {
              (flight.offset.empty() || flight.offset.size() == kFlightOffset);
     });
     if (!fits || !bodies) throw SystemError("a session was sent a window of another model");
+  }
+
+  static void move_start(MatchWindow& window, const std::vector<double>& offset) {
+    const size_t joints = window.position.size();
+    if (offset.size() != 2 * joints) throw SystemError("a session was sent an offset of another number of joints");
+    for (size_t j = 0; j < joints; ++j) window.position[j] += offset[j], window.velocity[j] += offset[joints + j];
   }
 
   static State start_of(const Model& model, const MatchWindow& window, const std::vector<FlightSamples>& flights) {

@@ -148,5 +148,18 @@ TEST(RunningMedian, RemovesWhatIsShorterThanHalfOfIt) {
   EXPECT_THAT(running_median({}, 9), ElementsAre());
 }
 
+TEST(WithoutGlitches, TakesOutWhatStandsAloneAndKeepsPeaks) {
+  std::vector<double> wave, spiked;
+  for (int i = 0; i < 60; ++i) wave.push_back(std::sin(0.3 * i));
+  EXPECT_EQ(without_glitches(wave, 9), wave);
+  spiked = wave;
+  spiked[20] = 40;
+  spiked[21] = -40;
+  const std::vector<double> mended = without_glitches(spiked, 9);
+  for (size_t i = 0; i < wave.size(); ++i) EXPECT_NEAR(mended[i], wave[i], i == 20 || i == 21 ? 0.5 : 1e-12) << i;
+  EXPECT_EQ(without_glitches(spiked, 1), spiked);
+  EXPECT_THAT(without_glitches({}, 9), ElementsAre());
+}
+
 }  // namespace
 }  // namespace assay::match
