@@ -46,29 +46,36 @@ void refuse_other_questions(const RobotRequest& request) {
   }
 }
 
-std::vector<match::RealPoint> asked_points(const RobotRequest& request, const match::RealMatch& found,
-                                           const match::RealLimit& limit) {
+// Those of the contenders that --contenders names. Throws InputError where that is none.
+std::vector<match::RealPoint> asked_points(const RobotRequest& request, const match::RealMatch& found) {
   std::vector<match::RealPoint> points;
   for (const match::RealPoint& point : found.points) {
     const auto of = std::ranges::find(found.contenders, point.contender, &match::RealContender::name);
-    const bool asked =
-        request.contenders.empty() || std::ranges::any_of(request.contenders, [&](const std::string& pattern) {
+    if (request.contenders.empty() || std::ranges::any_of(request.contenders, [&](const std::string& pattern) {
           return match::matches_pattern(of->base, pattern);
-        });
-    if (asked && match::is_within(point, limit, found)) points.push_back(point);
+        })) {
+      points.push_back(point);
+    }
   }
-  return points;
+  if (!points.empty()) return points;
+  std::vector<std::string> names;
+  for (const match::RealContender& contender : found.contenders) names.push_back(contender.base);
+  throw InputError(fmt::format("--contenders {}: the match fitted none of them; it fitted {}",
+                               join(request.contenders, ","), join(names, ", ")));
 }
 
-// The points that are within the limit; where there are none, in a sentence, what would be.
-[[noreturn]] void refuse_limit(const match::RealMatch& found, const match::RealLimit& limit) {
-  const auto sound = [](const match::RealPoint& point) { return point.failed == 0; };
+// Of `asked` the points that are within the limit. Throws InputError where there are none, with what is nearest.
+std::vector<match::RealPoint> within(const std::vector<match::RealPoint>& asked, const match::RealMatch& found,
+                                     const match::RealLimit& limit) {
+  std::vector<match::RealPoint> points;
   const match::RealPoint* nearest = nullptr;
-  for (const match::RealPoint& point : found.points) {
-    if (sound(point) && (nearest == nullptr || point.score < nearest->score)) nearest = &point;
+  for (const match::RealPoint& point : asked) {
+    if (match::is_within(point, limit, found)) points.push_back(point);
+    if (point.failed == 0 && (nearest == nullptr || point.score < nearest->score)) nearest = &point;
   }
+  if (!points.empty()) return points;
   throw InputError(fmt::format(
-      "nothing of the match is {}: {}", limit.text,
+      "nothing that was asked is {}: {}", limit.text,
       nearest == nullptr ? "with every contender some held-out motion ends early"
                          : fmt::format("the nearest is {} at {} ms, which is off by {}", nearest->contender,
                                        timestep_label(nearest->timestep_ms), match::figures_text(nearest->error))));
@@ -168,8 +175,7 @@ int run_like_real(const RobotRequest& request) {
   const match::RealLimit limit = match::real_limit(request.limits.error, found);
   std::optional<double> least;
   if (request.limits.realtime) least = parse_positive("--realtime", *request.limits.realtime, "times real time");
-  const std::vector<match::RealPoint> points = asked_points(request, found, limit);
-  if (points.empty()) refuse_limit(found, limit);
+  const std::vector<match::RealPoint> points = within(asked_points(request, found), found, limit);
 
   const Programme programme{.toml = match::timing_campaign(
                                 found, points, model.name, relative_path(file, run.out),
