@@ -6,7 +6,7 @@
 Seeded models of 1 to 7 hinges and of tossed boxes move in `mujoco-rk4` at 1/8 ms (boxes: `mujoco-euler`); their logs get noise,
 and `match` gets the model with other parameters. Counted are parameters within 5 % (of a ground's height: of the box), 95 % intervals
 that have the truth, and planted cases in which a direction is not determined: without gravity masses, dampings and gears scale
-alike, and of a passive swing masses and dampings.
+alike, and of a passive swing masses and dampings. OUT/known-truth.json has all of them; what was fitted before is not fitted again.
 """
 
 import argparse
@@ -134,6 +134,8 @@ def judge(what, contender, truths, tally):
         if found["status"] == "not identified":
             tally["not identified"] += 1
             continue
+        tally["found"].append({"model": what, "parameter": name, "truth": truth, "size": size,
+                               **{key: found[key] for key in ("value", "low", "high", "unit")}})
         close = abs(found["value"] - truth) <= 0.05 * size
         covers = found["low"] is not None and found["low"] <= truth <= found["high"]
         tally["parameters"] += 1
@@ -153,7 +155,8 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", default="known-truth")
     given = parser.parse_args()
-    tally = {"parameters": 0, "within 5 %": 0, "covered": 0, "not identified": 0, "planted": 0, "named": 0}
+    tally = {"contender": given.contender, "parameters": 0, "within 5 %": 0, "covered": 0, "not identified": 0, "planted": 0, "named": 0,
+             "found": [], "combinations": []}
     out = pathlib.Path(given.out).resolve()
     for k in range(given.models):
         rng, began = random.Random(1000 * given.seed + k), time.monotonic()
@@ -199,8 +202,10 @@ def main():
         named = bool(contender["not_identified"])
         tally["planted"] += 1
         tally["named"] += named
+        tally["combinations"].append([each["members"] for each in contender["not_identified"]])
         print(f"planted {k}: {'named' if named else 'NOT named'}: {[each['members'] for each in contender['not_identified']]}", flush=True)
-    print(json.dumps(tally))
+    (out / "known-truth.json").write_text(json.dumps(tally, indent=1) + "\n")
+    print(json.dumps({key: value for key, value in tally.items() if not isinstance(value, list)}))
 
 
 if __name__ == "__main__":

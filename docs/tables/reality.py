@@ -1,6 +1,7 @@
-"""The figure and the tables of reality.md.
+"""The figure and the tables of reality.md and lab/reality.md.
 
-RESULTS is a folder of answers of `assay match`, NAME.json or NAME.json.xz; README.md of results/ has the commands.
+RESULTS is a folder of answers of `assay match`, NAME.json or NAME.json.xz, and of benchmarks/known_truth.py; README.md of results/
+has the commands.
 """
 
 import html
@@ -10,11 +11,14 @@ import pathlib
 import random
 import statistics
 
-from .common import DOCS, table, write
+from .common import DOCS, milliseconds, table, write
 
 # Of the figure: its title, and which error of a free body it shows.
-PANELS = {"double-pendulum": ("Double pendulum: held-out error over 2 s (degrees)", None),
-          "tosses": ("Tossed cube: held-out error over the whole motion (% of its side)", "position_percent")}
+PANELS = {"tosses": ("Tossed cube: held-out error over the whole motion (% of its side)", "position_percent"),
+          "double-pendulum": ("Double pendulum: held-out error over 2 s (degrees)", None)}
+# What one contender makes of the tosses where it may fit less: answers beside `tosses`.
+ABLATION = {"tosses-untuned": "nothing", "tosses-friction": "friction", "tosses-contact": "friction, softness, ground",
+            "tosses-no-softness": "all but softness", "tosses": "all"}
 RESAMPLES = 2000
 
 
@@ -120,6 +124,44 @@ def parameters_table(found, contenders=3):
     return table(["parameter", "unit", "model", *(f"`{each.name}`" for each in chosen)], rows)
 
 
+def timesteps_table(found):
+    """The same fits at other timesteps than the one that they were made at."""
+    order = ranked(found)
+    steps = sorted({at["timestep_ms"] for each in order for at in each.found["timesteps"]})
+    rows = []
+    for each in order:
+        of = {at["timestep_ms"]: at for at in each.found["timesteps"]}
+        rows.append([f"`{each.name}`", *(figures_text(of[step]["held_out"]) + (f", {of[step]['failed']} fail" if of[step]["failed"] else "")
+                                         if step in of else "–" for step in steps)])
+    return table(["contender", *(f"{milliseconds(step)} ms" for step in steps)], rows)
+
+
+def figures_text(of):
+    return f"{of['joints_deg']:.2f}°" if "joints_deg" in of else f"{of['position_percent']:.1f} %, {of['rotation_deg']:.1f}°"
+
+
+def ablation_table(folder, contender):
+    rows = []
+    for name, what in ABLATION.items():
+        if name == "tosses-untuned":
+            each = next(each for each in ranked(answer(folder, "tosses")) if each.name == contender)
+            rows.append([what, errors_text(each, "untuned")])
+        elif list(folder.glob(f"{name}.json*")):
+            each = next(each for each in ranked(answer(folder, name)) if each.name == contender)
+            rows.append([what, errors_text(each, "held_out")])
+    return table(["fitted", "held out"], rows)
+
+
+def known_truth_table(found):
+    rows = []
+    for model in dict.fromkeys(each["model"] for each in found["found"]):
+        own = [each for each in found["found"] if each["model"] == model]
+        off = [abs(each["value"] - each["truth"]) / abs(each["size"]) for each in own]
+        covered = sum(each["low"] is not None and each["low"] <= each["truth"] <= each["high"] for each in own)
+        rows.append([model, len(own), f"{100 * max(off):.2g} %", f"{100 * statistics.median(off):.2g} %", f"{covered} of {len(own)}"])
+    return table(["model", "parameters", "largest error", "median", "95 % intervals that have the truth"], rows)
+
+
 # ---- the figure -------------------------------------------------------------------------------------------------------
 
 WIDTH, LEFT, RIGHT, LINE, TOP = 640, 190, 30, 17, 40
@@ -167,14 +209,18 @@ def figure(found, path):
 def add_arguments(parser):
     parser.add_argument("results", metavar="RESULTS", type=pathlib.Path)
     parser.add_argument("--page", type=pathlib.Path, default=DOCS / "reality.md")
+    parser.add_argument("--lab", type=pathlib.Path, default=DOCS / "lab/reality.md")
 
 
 def update(options):
     found = {name: answer(options.results, name) for name in PANELS if list(options.results.glob(f"{name}.json*"))}
     figure(found, options.page.with_suffix(".svg"))
+    write(options.page, {name: errors_table(of) for name, of in found.items()})
     tables = {}
     for name, of in found.items():
-        tables |= {name: errors_table(of), f"{name}-parameters": parameters_table(of)}
+        tables |= {f"{name}-parameters": parameters_table(of), f"{name}-timesteps": timesteps_table(of)}
         if of["windows"] == "whole motions":
             tables[f"{name}-phases"] = phases_table(of)
-    write(options.page, tables)
+    tables["ablation"] = ablation_table(options.results, ranked(found["tosses"])[0].name)
+    tables["known-truth"] = known_truth_table(answer(options.results, "known-truth"))
+    write(options.lab, tables)

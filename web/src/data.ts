@@ -388,6 +388,7 @@ export interface MatchedContender {
   parameters?: MatchedParameter[];
   not_identified?: { members: string[]; relative_interval: number; frozen: string }[];
   phases?: (Record<string, number | string> & { phase: string })[];
+  timesteps?: { timestep_ms: number; held_out: ErrorFigures; windows: number; failed: number }[];
 }
 
 // Errors of all held-out logs, in the order of Match.held_out; null where a log has none.

@@ -12,7 +12,7 @@ import { measuredReplay } from "./replay/panel";
 import { roving } from "./roving";
 import { markContenders, state } from "./state";
 import { manifestTable } from "./tables/manifest";
-import { checks, fittedParameters, matchWarnings, phases, ranking } from "./tables/matched";
+import { byTimestep, checks, fittedParameters, matchWarnings, phases, ranking } from "./tables/matched";
 
 // " deg" of the program's sentences as a reader writes it.
 function degrees(text: string): string {
@@ -141,7 +141,7 @@ export function buildMatch(report: Report, masthead: HTMLElement, nav: HTMLEleme
     const odd = match.odd_names ?? [];
     const text = odd.length > 0 ? `Odd logs, which no contender explains as it does the others: ${sentenceList(odd.slice(0, 5))}${odd.length > 5 ? ` and ${odd.length - 5} more` : ""}.` : "";
     const names = match.contenders.filter((one) => one.score).flatMap(({ contender }) => [contender, `${contender} untuned`]);
-    frame.add(part("logs", "Error by log", text), "Logs", () => [logs.length > 0 ? null : runButtons(names, palette), logErrors(match, palette), phases(match, palette)]);
+    frame.add(part("logs", "Error by log", text), "Logs", () => [logs.length > 0 ? null : runButtons(names, palette), logErrors(match, palette), phases(match, palette), byTimestep(match, palette)]);
   }
   if (logs.length > 0) {
     frame.add(part("replays", "Replays", ""), "Replays", () => {

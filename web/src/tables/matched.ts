@@ -1,7 +1,7 @@
 // Tables of measured motion: the ranking, what was fitted, what the logs' check found.
 import type { LogFinding, Match, MatchedContender, MatchedParameter } from "../data";
 import { el, type Child } from "../dom";
-import { plain, quantity, unitText } from "../format";
+import { plain, quantity, timestep, unitText } from "../format";
 import type { Palette } from "../palette";
 import { swatch } from "../plots/legend";
 import { scrollFrame } from "./sortable";
@@ -65,6 +65,21 @@ export function phases(match: Match, palette: Palette): HTMLElement | null {
   const rows = contenders.map((one) => el("tr", {}, contenderName(palette, one.contender), ...names.map((name) => cell(one, name))));
   const table = el("table", { class: "match-table" }, head("Contender", ...names.map((name) => name.charAt(0).toUpperCase() + name.slice(1))), el("tbody", {}, ...rows));
   return el("div", { class: "panel" }, scrollFrame("Errors of fitted contenders by phase", "Fitted, over all held-out logs; at the first impact: the 50 ms from it on.", table));
+}
+
+// What each fit is worth at other timesteps; null where it was judged at one.
+export function byTimestep(match: Match, palette: Palette): HTMLElement | null {
+  const contenders = match.contenders.filter((one) => (one.timesteps ?? []).length > 1);
+  const steps = [...new Set(contenders.flatMap((one) => one.timesteps!.map(({ timestep_ms }) => timestep_ms)))].sort((a, b) => a - b);
+  if (steps.length === 0) return null;
+  const cell = (one: MatchedContender, step: number) => {
+    const at = one.timesteps!.find(({ timestep_ms }) => timestep_ms === step);
+    if (!at) return el("td", { class: "figure" }, "–");
+    return el("td", { class: "figure" }, errorText(at.held_out), at.failed > 0 ? el("small", { class: "match-bound" }, `${at.failed} of ${at.windows} end early`) : null);
+  };
+  const rows = contenders.map((one) => el("tr", {}, contenderName(palette, one.contender), ...steps.map((step) => cell(one, step))));
+  const table = el("table", { class: "match-table" }, head("Contender", ...steps.map((step) => `${timestep(step)} ms`)), el("tbody", {}, ...rows));
+  return el("div", { class: "panel" }, scrollFrame("Errors of fitted contenders by timestep", `Held out, by timestep: the fits were made at ${timestep(match.timestep_ms)} ms.`, table));
 }
 
 function parameterCell(one: MatchedParameter | undefined): HTMLElement {
