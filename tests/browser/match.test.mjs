@@ -116,6 +116,17 @@ group("1400x900", { width: 1400, height: 900 }, (check) => {
     assert.deepEqual(errors, [...errors].sort((a, b) => b - a), "the worst log comes first");
   });
 
+  check("what fits are worth at other timesteps stands by contender", async (page) => {
+    const frame = '[aria-label="Errors of fitted contenders by timestep"]';
+    const steps = match.contenders[0].timesteps.map(({ timestep_ms }) => timestep_ms);
+    assert.deepEqual(steps, [0.5, 1, 2, 4, 8]);
+    assert.deepEqual(await page.$$eval(`${frame} thead th`, (nodes) => nodes.slice(1).map((node) => node.textContent)), ["1/2 ms", "1 ms", "2 ms", "4 ms", "8 ms"]);
+    const rows = await page.$$eval(`${frame} tbody tr`, (nodes) => nodes.map((row) => [...row.querySelectorAll("td")].map((node) => parseFloat(node.textContent))));
+    for (const [index, one] of match.contenders.entries()) {
+      for (const [at, { held_out }] of one.timesteps.entries()) assert.ok(Math.abs(rows[index][at] - held_out.joints_deg) <= 5e-3 * held_out.joints_deg, `${rows[index]}`);
+    }
+  });
+
   check("the replay has the measured motion among the simulated ones, on one clock", async (page) => {
     const replays = replaysIn(report);
     const log = match.motion.find((one) => one.roles.includes("worst"));
