@@ -97,8 +97,10 @@ class Match(AssayTest):
                 for name, truth in (("damping:hinge", 0.06), ("mass:link", 0.5)):
                     p = self.parameter(contender, name)
                     self.assertEqual(p["status"], "fitted")
-                    self.assertLess(abs(p["value"] - truth), 0.05 * truth, p)
-                    self.assertLess(p["low"], p["high"])
+                    # a fit that takes noisy first states for exact is off by 1 %
+                    self.assertLess(abs(p["value"] - truth), 0.003 * truth, p)
+                    self.assertLess(p["low"], truth, p)
+                    self.assertGreater(p["high"], truth, p)
                 self.assertLess(contender["held_out"]["joints_deg"], 0.3 * contender["untuned"]["joints_deg"])
         # the model that was fitted is one that assay reads
         fitted = self.assay_json("check", f"matched/models/{names[0]}.xml", "--json")
