@@ -876,8 +876,8 @@ def rolling(runs):
     floors(runs, "rolling", *braked)
     rest = max(value for name, value in error.items() if name not in far)
     return (f"Bodies that roll down a slope are {mm(error['havok'])} mm off with `havok` and `havok-default` and {mm(error['jolt-default'])} mm with `jolt-default` at 1 ms, and a"
-            f" smaller step does not help. Where a cylinder is a prism, in PhysX 5.6, SAPIEN and Box3D, it is {mm(min(error[name] for name in prisms))} to"
-            f" {mm(max(error[name] for name in prisms))} mm; with all others {mm(rest)} mm at most.") if mm(error["havok"]) == mm(error["havok-default"]) else "two figures for Havok"
+            f" smaller step does not help. PhysX 5.6, SAPIEN and Box3D, where a cylinder is a prism, are {mm(min(error[name] for name in prisms))} to"
+            f" {mm(max(error[name] for name in prisms))} mm off; all others {mm(rest)} mm at most.") if mm(error["havok"]) == mm(error["havok-default"]) else "two figures for Havok"
 
 
 @sentence(CONTACTS)
