@@ -1229,6 +1229,56 @@ def errors_of_the_double_pendulum(runs):
 
 
 @sentence(REALITY)
+def errors_of_the_tossed_cube(runs):
+    found = measured_motion("tosses")
+    for each in reality.ranked(found):
+        for of in ("held_out", "untuned", "floor"):
+            for key in ("position_percent", "rotation_deg"):
+                assert math.isclose(each.mean(of, key), each.found[of][key], rel_tol=1e-9), (each.name, of, key)
+        assert math.isclose(each.mean("held_out"), each.found["score"]["value"], rel_tol=1e-9), each.name
+    return reality.errors_table(found).strip().split("\n")[2:]
+
+
+@sentence(REALITY)
+def soft_or_hard(runs):
+    """Contacts of MuJoCo are springs; the others' are rigid but for how they correct depths."""
+    order = reality.ranked(measured_motion("tosses"))
+    soft = next(each for each in order if each.name.startswith("mujoco"))
+    hard = next(each for each in order if not each.name.startswith(("mujoco", "drake", "genesis", "mjx", "newton")))
+    assert soft is order[0]
+    low, high = reality.apart(hard, soft)
+    time = soft.parameter("softness")
+    assert time["status"] == "fitted" and time["model"] == 0.02
+    return (f"`{soft.name}`, whose contacts are springs, is off by {soft.mean('held_out', 'position_percent'):.1f} % and {soft.mean('held_out', 'rotation_deg'):.1f}°. The best"
+            f" engine with rigid contacts, `{hard.name}`, is off by {hard.mean('held_out', 'position_percent'):.1f} % and {hard.mean('held_out', 'rotation_deg'):.1f}°: {low:.1f} to"
+            f" {high:.1f} more in the mean of both numbers (95 %, on the same tosses).")
+
+
+@sentence(REALITY)
+def how_soft_the_cube_is(runs):
+    soft = next(each for each in reality.ranked(measured_motion("tosses")) if each.name.startswith("mujoco"))
+    time = soft.parameter("softness")
+    return f"The fit makes MuJoCo's contacts stiffer than its default: a time constant of {1e3 * time['value']:.1f} ms in place of {1e3 * time['model']:.0f}."
+
+
+@sentence(REALITY)
+def cube_by_timestep(runs):
+    best = reality.ranked(measured_motion("tosses"))[0]
+    by = {each["timestep_ms"]: each["held_out"]["position_percent"] for each in best.found["timesteps"]}
+    return f"The same fit at 8 ms is off by {by[8]:.1f} % in place of {by[1]:.1f}."
+
+
+@sentence(REALITY)
+def known_truth(runs):
+    found = measured_motion("known-truth")["found"]
+    off = [abs(each["value"] - each["truth"]) / each["size"] for each in found]
+    hinges = max(sum(each["model"] == one["model"] and each["parameter"].startswith("damping") for each in found) for one in found)
+    covered = sum(each["low"] <= each["truth"] <= each["high"] for each in found)
+    return (f"Of seeded chains of one to {COUNTS[hinges]} hinges with the noise of good encoders all {len(found)} masses, dampings and dry frictions are found within"
+            f" {100 * max(off):.1f} %, half of them within {100 * statistics.median(off):.2g} %; {covered} of {len(off)} 95 % intervals have the truth.")
+
+
+@sentence(REALITY)
 def as_good_as_the_best(runs):
     found = measured_motion("double-pendulum")
     best, *equal = reality.as_good_as_best(found)

@@ -16,9 +16,6 @@ from .common import DOCS, milliseconds, table, write
 # Of the figure: its title, and which error of a free body it shows.
 PANELS = {"tosses": ("Tossed cube: held-out error over the whole motion (% of its side)", "position_percent"),
           "double-pendulum": ("Double pendulum: held-out error over 2 s (degrees)", None)}
-# What one contender makes of the tosses where it may fit less: answers beside `tosses`.
-ABLATION = {"tosses-untuned": "nothing", "tosses-friction": "friction", "tosses-contact": "friction, softness, ground",
-            "tosses-no-softness": "all but softness", "tosses": "all"}
 RESAMPLES = 2000
 
 
@@ -140,25 +137,14 @@ def figures_text(of):
     return f"{of['joints_deg']:.2f}°" if "joints_deg" in of else f"{of['position_percent']:.1f} %, {of['rotation_deg']:.1f}°"
 
 
-def ablation_table(folder, contender):
-    rows = []
-    for name, what in ABLATION.items():
-        if name == "tosses-untuned":
-            each = next(each for each in ranked(answer(folder, "tosses")) if each.name == contender)
-            rows.append([what, errors_text(each, "untuned")])
-        elif list(folder.glob(f"{name}.json*")):
-            each = next(each for each in ranked(answer(folder, name)) if each.name == contender)
-            rows.append([what, errors_text(each, "held_out")])
-    return table(["fitted", "held out"], rows)
-
-
 def known_truth_table(found):
     rows = []
     for model in dict.fromkeys(each["model"] for each in found["found"]):
         own = [each for each in found["found"] if each["model"] == model]
         off = [abs(each["value"] - each["truth"]) / abs(each["size"]) for each in own]
         covered = sum(each["low"] is not None and each["low"] <= each["truth"] <= each["high"] for each in own)
-        rows.append([model, len(own), f"{100 * max(off):.2g} %", f"{100 * statistics.median(off):.2g} %", f"{covered} of {len(own)}"])
+        hinges = sum(each["parameter"].startswith("damping") for each in own)
+        rows.append([f"chain of {hinges}" if hinges else "tossed box", len(own), f"{100 * max(off):.2g} %", f"{100 * statistics.median(off):.2g} %", f"{covered} of {len(own)}"])
     return table(["model", "parameters", "largest error", "median", "95 % intervals that have the truth"], rows)
 
 
@@ -218,9 +204,10 @@ def update(options):
     write(options.page, {name: errors_table(of) for name, of in found.items()})
     tables = {}
     for name, of in found.items():
-        tables |= {f"{name}-parameters": parameters_table(of), f"{name}-timesteps": timesteps_table(of)}
+        tables[f"{name}-parameters"] = parameters_table(of)
+        if all("timesteps" in each.found for each in ranked(of)):  # younger than version 0.1's
+            tables[f"{name}-timesteps"] = timesteps_table(of)
         if of["windows"] == "whole motions":
             tables[f"{name}-phases"] = phases_table(of)
-    tables["ablation"] = ablation_table(options.results, ranked(found["tosses"])[0].name)
     tables["known-truth"] = known_truth_table(answer(options.results, "known-truth"))
     write(options.lab, tables)

@@ -33,6 +33,9 @@ function inAddress(data, limit) {
   return `${name}:${Number((Number(number) * scale).toPrecision(12))}`;
 }
 
+// Where a page breaks no line, and where a limit is as it was typed, a number's unit stands apart or not.
+const joined = (words) => JSON.parse(JSON.stringify(words).replace(/(\d)[ \u00a0](?=[µmk]?(?:m|s|J|kg)\b)/g, "$1"));
+
 function said() {
   const texts = (selector) => [...document.querySelectorAll(`.pick-answer ${selector}`)];
   const cells = (row) => [...row.cells].map((cell) => cell.textContent);
@@ -47,7 +50,7 @@ function said() {
         rows: [...each.querySelectorAll("tbody tr")].map((row) => cells(row).slice(0, -1)),
       };
   words.grounds = texts(".pick-grounds p").map((node) => node.textContent);
-  words.left_out = texts(".pick-excluded tbody tr").map(cells);
+  words.left_out = texts(".pick-excluded li").map((item) => [...item.children].map((node) => node.textContent));
   return words;
 }
 
@@ -67,7 +70,7 @@ test("the page gives every answer in the words of the cases", async () => {
         location.hash = address;
       });
     }, hash);
-    assert.deepEqual(await page.evaluate(said), expected, name);
+    assert.deepEqual(joined(await page.evaluate(said)), joined(expected), name);
   }
   assert.deepEqual(trouble, []);
   await page.close();

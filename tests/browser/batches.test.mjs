@@ -60,7 +60,9 @@ test("each plot has a curve a contender, its marks at the values of the table", 
   assert.equal(rows.length, 9);
   assert.ok(rows.every((text) => /process/.test(text)), rows[0]);
   const note = await page.$eval(`${kPart} .matrix-panel`, (node) => node.textContent);
-  assert.match(note, /Not comparable with the speed of one world/);
+  assert.doesNotMatch(note, /Not comparable with the speed of one world/, "there is no such speed here");
+  await page.$eval(`.grid-table tbody a`, (node) => node.click());
+  assert.ok(await page.$eval(`${kPart} .batch-parts`, (node) => Math.abs(node.getBoundingClientRect().top) < 100), "a grade leads to its system's plots");
   assert.deepEqual(trouble, []);
   await page.close();
 });

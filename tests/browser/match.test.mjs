@@ -135,6 +135,11 @@ group("1400x900", { width: 1400, height: 900 }, (check) => {
     const panel = `.replay-panel[data-system="${log.log}"]`;
     await page.$eval(panel, (node) => node.scrollIntoView({ block: "center", behavior: "instant" }));
     await page.waitForSelector(`${panel}[data-ready]`);
+    const shown = new Set(await page.$$eval(`${panel} .replay-distance [data-contender]`, (nodes) => nodes.map((node) => node.dataset.contender)));
+    const far = replay.runs.filter((run) => shown.has(run.contender)).map((run) => run.distance_m);
+    const frames = far[0].map((_, frame) => Math.max(...far.map((values) => values[frame] ?? 0)));
+    const at = (await page.$eval(panel, (node) => node.replay.state().time)) / (replay.frame_ms / 1000);
+    assert.equal(frames[Math.round(at)], Math.max(...frames), "it opens at the largest error");
     assert.ok((await text(page, `${panel} .replay-names`)).startsWith(" measured (translucent)"));
     // drawn where the angle says: the middle of the link is 0.2 m from its hinge
     const seconds = (replay.frame_ms / 1000) * (replay.frames - 1);
@@ -193,6 +198,7 @@ describe("what is missing", () => {
         assert.ok((await text(page, "#answer .alert")).includes(`${last} has not been fitted yet`));
         assert.deepEqual(await page.$$eval("main > *", (nodes) => nodes.map((node) => node.id)), ["answer", "logs", "parameters", "checks", "manifest"]);
         assert.equal((await page.$$(".match-contenders .series")).length, 1);
+        assert.deepEqual(await page.$$eval("#answer thead th", (nodes) => nodes.map((node) => node.textContent)), ["Contender", "Fitted", "Untuned", "Noise of the first state alone"], "there is none to compare with");
       },
     );
   });

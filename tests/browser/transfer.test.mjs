@@ -51,7 +51,10 @@ test("the answer first, then each contender and timestep with a sign, a word and
   for (const { contender, step, text } of cells) {
     const row = matrix.rows.find((each) => each.contender === contender && each.timestep_ms === step);
     const fallen = Math.round(row.values.fall_rate.value * row.runs);
-    assert.equal(text, `${signs[row.verdict]} ${row.verdict} ${fallen} of ${row.runs} fall`);
+    const { low, high } = row.values.fall_rate;
+    const [, from, to] = / fall \((\d+) to (\d+) %\)$/.exec(text);
+    assert.ok(Math.abs(from - 100 * low) <= 0.5 && Math.abs(to - 100 * high) <= 0.5, text);
+    assert.equal(text.replace(/ \(.*/, ""), `${signs[row.verdict]} ${row.verdict} ${fallen} of ${row.runs} fall`);
   }
   // the pole falls from every start but perhaps the upright one
   assert.ok(cells.every(({ text }) => text.startsWith("✗ falls")));

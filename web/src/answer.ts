@@ -364,9 +364,8 @@ export class Words {
       const own = relaxed.find((one) => one.name === name);
       if (!own) return unmoved.push(named);
       if (pieces.length > 0) pieces.push({ text: this.say("or") });
-      const text = name === null ? this.say("relax_speed", { realtime: realtime(own.to) }) : this.say("relax", { value: named, limit: own.text });
-      const [before = "", after = ""] = this.say("relaxed", { relax: kHere, answer: this.answering(own.one, relaxedLimits(this.limits, own)) }).split(kHere);
-      return pieces.push({ text: before }, { text, relax: own }, { text: after });
+      const relax = name === null ? this.say("relax_speed", { realtime: realtime(own.to) }) : this.say("relax", { value: named, limit: own.text });
+      return pieces.push({ text: this.say("relaxed", { relax, answer: this.answering(own.one, relaxedLimits(this.limits, own)) }), relax: own });
     };
     for (const { name } of this.limits.asked) add(name, brief(name));
     if (this.limits.realtime !== null) add(null, this.say("the_speed"));

@@ -575,6 +575,9 @@ export class Report {
 
   constructor(readonly json: ReportJson) {
     for (const info of json.catalogue ?? []) catalogue.set(info.name, info);
+    // errors of pieces come last, with the pieces' lengths in the order of text
+    const pieces = (name: string) => Number(/_(\d+)ms$/.exec(name)?.[1] ?? 0);
+    for (const view of json.views ?? []) view.errors.sort((a, b) => pieces(a) - pieces(b));
     for (const contender of json.contenders) {
       this.contenderByName.set(contender.name, contender);
       if (contender.engine === "null") this.harness.push(contender.name);

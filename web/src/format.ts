@@ -106,6 +106,13 @@ export function named(name: string, value: number | null | undefined, unit: stri
   return name === "realtime_factor" ? realtime(value) : quantity(value, unit);
 }
 
+const kWithUnit = new RegExp(`(\\d) ?(?=(?:${kPrefixes.map(([, prefix]) => prefix).join("|")})(?:${[...new Set(Object.values(kPrefixable).map(([, unit]) => unit))].join("|")})(?![\\w-]))`, "g");
+
+// A text that no line breaks between a number and its unit.
+export function unbroken(text: string): string {
+  return text.replace(kWithUnit, "$1\u00a0");
+}
+
 // A stored value; an upper bound is shown as one.
 export function figure(value: { name: string; value: number | null; unit: string; bound?: boolean }): string {
   return (value.bound ? "≤ " : "") + named(value.name, value.value, value.unit);
@@ -142,6 +149,15 @@ export function seconds(value: number | null): string {
 
 export function percent(share: number | null): string {
   return share === null || !Number.isFinite(share) ? "–" : `${plain(share * 100, 2)} %`;
+}
+
+// A device's name without its driver, which the manifest has.
+export function deviceName(text: string): string {
+  return text.replace(/, driver .*$/, "");
+}
+
+export function counted(count: number, one: string): string {
+  return `${count} ${one}${count === 1 ? "" : "s"}`;
 }
 
 export function sentenceList(words: string[]): string {

@@ -2,6 +2,7 @@
 import type { Address } from "./address";
 import type { Report } from "./data";
 import { drawWaiting, el, type Child } from "./dom";
+import { deviceName } from "./format";
 import { sectionBar } from "./nav";
 import { Pieces } from "./pieces";
 import { addPlace } from "./places";
@@ -18,11 +19,12 @@ export function folded(id: string, title: string, note: string, text: string): H
   return el("details", { id, class: "part fold", "aria-busy": "true" }, el("summary", {}, el("h2", { class: "fold-title" }, title), el("span", { class: "fold-note" }, note)), text ? el("p", { class: "sub" }, text) : null);
 }
 
-// "2026-11-27, Intel(R) Xeon(R) Processor, assay 0.1.0"
+// "2026-11-27 · Intel(R) Xeon(R) Processor · NVIDIA H100 80GB HBM3 · assay 0.1.0"
 function dateline(report: Report): string {
   const date = (report.manifest("finished") ?? report.manifest("started"))?.slice(0, 10);
   const version = report.manifest("assay_version");
-  return [date, report.manifest("cpu"), version && `assay ${version}`].filter(Boolean).join(" · ");
+  const devices = report.json.manifest.filter(({ key }) => key.startsWith("device ")).map(({ value }) => deviceName(value));
+  return [date, report.manifest("cpu"), ...devices, version && `assay ${version}`].filter(Boolean).join(" · ");
 }
 
 export function mastheadOf(report: Report, masthead: HTMLElement, title: string, lead: string): void {

@@ -22,19 +22,23 @@ export interface Task {
   kind: string;
   place: string;
   marks: () => Map<string, Mark>; // by engine
+  measure: "speed" | "timestep" | "mean speed" | "worlds"; // what is compared
 }
 
 const kNear = 2; // times slower than the fastest
 const kFar = 10;
 
-export const kMeanings: [grade: Grade, meaning: string][] = [
-  ["A", `within your limits, at most ${kNear} times slower than the fastest`],
-  ["B", `within them, at most ${kFar} times slower`],
-  ["C", "within them, slower"],
-  ["D", "sound, but beyond a limit"],
-  ["F", "no sound run"],
-  ["–", "not run, withdrawn, or not measured in full"],
-];
+// `limited`: some task has limits.
+export function meanings(limited: boolean): [grade: Grade, meaning: string][] {
+  return [
+    ["A", `${limited ? "within your limits, " : ""}at most ${kNear} times slower than the fastest`],
+    ["B", `${limited ? "within them, " : ""}at most ${kFar} times slower`],
+    ["C", `${limited ? "within them, " : ""}slower`],
+    ...(limited ? ([["D", "sound, but beyond a limit"]] as [Grade, string][]) : []),
+    ["F", "no sound run"],
+    ["–", "not run, withdrawn, or not measured in full"],
+  ];
+}
 
 function graded(slower: number): Grade {
   return slower <= kNear * (1 + 1e-9) ? "A" : slower <= kFar * (1 + 1e-9) ? "B" : "C";
@@ -146,6 +150,7 @@ function speedAt1ms(report: Report, views: SystemView[]): Map<string, Mark> {
 }
 
 function worlds(report: Report, batches: Batches): Map<string, Mark> {
+  const place = batchPlace(batches);
   const best = new Map<string, { rate: number; worlds: number; contender: string }>();
   const failed = new Map<string, string>();
   // at the number of worlds that most engines have, the largest of these
@@ -163,10 +168,15 @@ function worlds(report: Report, batches: Batches): Map<string, Mark> {
   const fastest = Math.max(...[...best.values()].map(({ rate }) => rate));
   const marks = new Map<string, Mark>();
   for (const [engine, { rate, contender }] of best) {
-    marks.set(engine, { grade: graded(fastest / rate), text: times(fastest / rate), why: `${contender}, ${size} worlds: ${quantity(rate, "1/s")} world-steps`, place: "worlds", point: null });
+    marks.set(engine, { grade: graded(fastest / rate), text: times(fastest / rate), why: `${contender}, ${size} worlds: ${quantity(rate, "1/s")} world-steps`, place, point: null });
   }
-  for (const [engine, why] of failed) if (!marks.has(engine)) marks.set(engine, { grade: "F", text: "", why, place: "worlds", point: null });
+  for (const [engine, why] of failed) if (!marks.has(engine)) marks.set(engine, { grade: "F", text: "", why, place, point: null });
   return marks;
+}
+
+// The element that holds these plots.
+export function batchPlace(batches: Batches): string {
+  return `worlds-${batches.system}`;
 }
 
 // What kind of task a system is, in one or two words.
@@ -189,10 +199,11 @@ export function tasks(report: Report): Task[] {
     title: view.system,
     kind: kindOf(view),
     place: view.system,
+    measure: view.json.candidates.length > 0 ? "speed" : "timestep",
     marks: () => (view.json.candidates.length > 0 ? timed(report, view) : untimed(report, view)),
   }));
   const measured = views.filter((view) => view.json.points.some((point) => point.timestep_ms === 1 && point.speed?.timed));
-  if (measured.length > 0) list.push({ id: "speed", title: "speed", kind: "a step, 1 ms", place: measured[0]!.system, marks: () => speedAt1ms(report, measured) });
-  for (const batches of report.json.batches ?? []) list.push({ id: `worlds-${batches.system}`, title: batches.system, kind: "many worlds", place: "worlds", marks: () => worlds(report, batches) });
+  if (measured.length > 0) list.push({ id: "speed", title: "speed", kind: "a step of 1 ms, mean over systems", place: measured[0]!.system, measure: "mean speed", marks: () => speedAt1ms(report, measured) });
+  for (const batches of report.json.batches ?? []) list.push({ id: batchPlace(batches), title: batches.system, kind: "many worlds", place: batchPlace(batches), measure: "worlds", marks: () => worlds(report, batches) });
   return list;
 }

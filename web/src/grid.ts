@@ -1,7 +1,7 @@
 // The page's first picture: engines by tasks, in grades that follow the reader's limits.
 import type { Report } from "./data";
 import { el } from "./dom";
-import { engineName, kMeanings, tasks, type Mark } from "./grades";
+import { engineName, meanings, tasks, type Mark, type Task } from "./grades";
 import { reach } from "./places";
 import { roving } from "./roving";
 import { state } from "./state";
@@ -17,6 +17,13 @@ function follow(mark: Mark): void {
   if (mark.point) state.setShown([mark.point.contender], true);
   reach(mark.place);
   if (mark.point) state.choose({ ...mark.point, why: `${words[mark.grade]}: ${mark.why}.` });
+}
+
+// What stands in the cells.
+function caption(columns: Task[]): string {
+  const has = (measure: Task["measure"]) => columns.some((task) => task.measure === measure);
+  const figures = ["how many times slower than the fastest it is", has("mean speed") ? " (under speed in the mean over systems)" : "", has("timestep") ? ", or its largest timestep where no step was timed" : ""];
+  return `Each engine by its best contender; the number is ${figures.join("")}. A click shows the evidence.`;
 }
 
 export function engineGrid(report: Report): HTMLElement | null {
@@ -78,6 +85,6 @@ export function engineGrid(report: Report): HTMLElement | null {
     { class: "panel grid-panel" },
     el("h2", {}, "Engines by task"),
     el("div", { class: "grid-scroll", tabindex: 0, role: "region", "aria-label": "Engines by task" }, table),
-    el("figcaption", {}, el("ul", { class: "grid-key" }, ...kMeanings.map(([grade, meaning]) => el("li", {}, el("b", { class: style(grade) }, grade), ` ${meaning}`))), el("p", { class: "quiet" }, compact ? "Each engine by its best contender. A click shows the evidence." : "Each engine by its best contender; the number is how many times slower than the fastest it is, or its largest timestep where no step was timed. A click shows the evidence.")),
+    el("figcaption", {}, el("ul", { class: "grid-key" }, ...meanings(columns.some(({ measure }) => measure === "speed" || measure === "timestep")).map(([grade, meaning]) => el("li", {}, el("b", { class: style(grade) }, grade), ` ${meaning}`))), el("p", { class: "quiet" }, compact ? "Each engine by its best contender. A click shows the evidence." : caption(columns))),
   );
 }

@@ -138,7 +138,7 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
     add(folded("scaling", "Scaling", "time of a run by the number of bodies", "Processor time of a whole run of systems that differ only in size."), "Scaling", () => [scalingPanel(report, palette)]);
   }
   if ((report.json.batches ?? []).length > 0) {
-    const text = "World-steps per second of many worlds at once: engines that step them together, and engines of one world with one process per core.";
+    const text = "World-steps per second of many worlds at once; the tables say how they were stepped.";
     add(part("worlds", "Many worlds", text), "Many worlds", () => batchPanels(report, palette));
   }
   if (claims.length > 0) {

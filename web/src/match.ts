@@ -2,7 +2,7 @@
 import { Address } from "./address";
 import type { Match, MotionLog, Report } from "./data";
 import { el, type Child } from "./dom";
-import { sentenceList, timestep } from "./format";
+import { counted, sentenceList, timestep } from "./format";
 import { folded, Frame, mastheadOf, part } from "./frame";
 import { Palette } from "./palette";
 import { swatch } from "./plots/legend";
@@ -17,10 +17,6 @@ import { byTimestep, checks, fittedParameters, matchWarnings, phases, ranking } 
 // " deg" of the program's sentences as a reader writes it.
 function degrees(text: string): string {
   return text.replace(/ deg\b/g, "°");
-}
-
-function counted(count: number, one: string): string {
-  return `${count} ${one}${count === 1 ? "" : "s"}`;
 }
 
 function lead(match: Match): string {

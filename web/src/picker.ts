@@ -3,7 +3,7 @@ import { isUsual, limitText, pick, relaxedLimits, Words, type Asked, type Limits
 import { valueInfo, type LeftOut, type Report, type SystemView } from "./data";
 import { clear, el } from "./dom";
 import { onRestored } from "./address";
-import { plain, timestep, unitText } from "./format";
+import { counted, plain, timestep, unbroken, unitText } from "./format";
 import type { Palette } from "./palette";
 import { swatch } from "./plots/legend";
 import { answerLine } from "./recommendation";
@@ -58,6 +58,8 @@ export function picker(report: Report, palette: Palette): HTMLElement {
     const all = view.json.candidates.map((one) => view.json.points[one.point]?.worst?.[name]?.value ?? 0).filter((value) => value > 0).sort((a, b) => a - b);
     return 10 ** Math.ceil(Math.log10(all[Math.floor(all.length / 2)] ?? 1e-3));
   };
+  // What is asked before a reader says anything.
+  const isFirst = (view: SystemView, name: string, largest: number) => firstQuestion(view).limits.some(([each, first]) => each === name && Math.abs(largest - first) <= 1e-9 * first);
   const form = () => {
     const view = viewOf(question.system);
     system.value = view.system;
@@ -72,11 +74,18 @@ export function picker(report: Report, palette: Palette): HTMLElement {
       const unit = el("select", { class: "pick-unit", "aria-label": `Unit of the largest ${label.toLowerCase()}` }, ...units.map((each) => el("option", { value: each.scale, selected: each.scale === scale }, unitText(each.text) || "(number)")));
       const remove = el("button", { type: "button", class: "pick-remove", "aria-label": `Remove the limit of ${label.toLowerCase()}` }, "×");
       measure.addEventListener("change", () => setLimit(index, measure.value, middle(view, measure.value), true));
-      const typed = () => setLimit(index, name, Number(error.value) * Number(unit.value), false);
+      const mark = el("small", { class: "pick-default" });
+      const tell = (value: number) => (mark.textContent = isFirst(view, name, value) ? "default" : "");
+      const typed = () => {
+        const value = Number(error.value) * Number(unit.value);
+        tell(value);
+        setLimit(index, name, value, false);
+      };
+      tell(largest);
       error.addEventListener("input", typed);
       unit.addEventListener("change", typed);
       remove.addEventListener("click", () => change({ ...question, limits: question.limits.filter((_, at) => at !== index) }, true));
-      limits.append(el("div", { class: "pick-limit" }, measure, el("span", { "aria-hidden": "true" }, "≤"), el("span", { class: "limit" }, error, unit), remove));
+      limits.append(el("div", { class: "pick-limit" }, measure, el("span", { "aria-hidden": "true" }, "≤"), el("span", { class: "limit" }, error, unit), mark, remove));
     });
     more.hidden = question.limits.length >= names.length;
   };
@@ -123,7 +132,7 @@ export function picker(report: Report, palette: Palette): HTMLElement {
         el("details", { class: "pick-each" }, el("summary", {}, `${each.heading} (${passing.length})`), ...each.lines.map(({ text }) => el("p", { class: "quiet" }, text)), scrollFrame(each.heading, "", contenders(words, each.columns, passing))),
       );
     } else {
-      found.append(el("p", { class: "pick-none" }, ...words.nonePieces().map(({ text, relax }) => (relax ? relaxer(relaxedLimits(limits, relax), text) : text))));
+      found.append(none(words, limits));
     }
     const grounds = words.grounds();
     if (grounds.length > 0) found.append(el("details", { class: "pick-grounds" }, el("summary", {}, words.say("grounds")), ...grounds.map((text) => el("p", { class: "quiet" }, text))));
@@ -146,14 +155,31 @@ export function picker(report: Report, palette: Palette): HTMLElement {
     const view = viewOf(question.system);
     const [other] = pick(view, { asked: next.map(([each, most]) => ({ name: each, largest: most, text: "" })), realtime: question.realtime }).passing;
     if (!other || (other.point.contender === best.point.contender && other.point.timestep_ms === best.point.timestep_ms)) return [];
-    const click = () => change({ ...question, limits: next }, true);
     const faster = other.speed.value / best.speed.value;
-    return [el("p", { class: "pick-what-if" }, el("button", { type: "button", class: "link", click }, `Accept ${limitText(view, name, next[0]![1])}`), `: ${plain(faster, 2)} times faster, ${other.point.contender} at ${timestep(other.point.timestep_ms)} ms`)];
+    return [el("p", { class: "pick-what-if" }, asking(`Accept ${limitText(view, name, next[0]![1])}: ${plain(faster, 2)} times faster, ${other.point.contender} at ${timestep(other.point.timestep_ms)} ms`, { ...question, limits: next }))];
   };
-  // Asks with these limits.
-  const relaxer = (limits: Limits, text: string) => {
-    const click = () => change({ ...question, limits: limits.asked.map(({ name, largest }) => [name, largest]), realtime: limits.realtime }, true);
-    return el("button", { type: "button", class: "link pick-relax", click }, text);
+  // A phrase that asks this question; a link, for a button's text does not wrap as that around it.
+  const asking = (text: string, next: Question) => {
+    const click = (event: Event) => {
+      event.preventDefault();
+      change(next, true);
+    };
+    return el("a", { href: "#pick", click }, unbroken(text));
+  };
+  // What to relax, each way on a line of its own.
+  const none = (words: Words, limits: Limits) => {
+    const text = el("div", { class: "pick-none" });
+    const ways = el("ul");
+    for (const piece of words.nonePieces()) {
+      if (!piece.relax) {
+        (ways.lastElementChild ?? text).append(unbroken(piece.text));
+        continue;
+      }
+      const { asked, realtime } = relaxedLimits(limits, piece.relax);
+      ways.append(el("li", {}, asking(piece.text, { ...question, limits: asked.map(({ name, largest }) => [name, largest]), realtime })));
+    }
+    if (ways.childElementCount > 0) text.append(ways);
+    return text;
   };
   const contenders = (words: Words, titles: string[], passing: Pick[]) => {
     const keys: ((one: Pick) => number | string | null)[] = [(one) => one.point.contender, (one) => one.point.timestep_ms, (one) => one.speed.value];
@@ -165,13 +191,9 @@ export function picker(report: Report, palette: Palette): HTMLElement {
     return sortableTable(columns, passing);
   };
   const excluded = (title: string, left: LeftOut[]) => {
-    const columns: Column<LeftOut>[] = [
-      { title: "contender", key: (one) => one.contender, cell: (one) => one.contender, className: "sticky", head: true },
-      { title: "timesteps", key: (one) => one.steps[0] ?? 0, cell: (one) => one.when, className: "name" },
-      { title: "why", key: (one) => one.why, cell: (one) => one.why, className: "wider" },
-    ];
     const points = left.reduce((sum, one) => sum + one.steps.length, 0);
-    return el("details", { class: "pick-excluded" }, el("summary", {}, `${title} (${points} points)`), scrollFrame(title, "", sortableTable(columns, left)));
+    const rows = left.map(({ contender, when, why }) => el("li", {}, el("b", {}, contender), " ", el("span", { class: "quiet" }, when), el("p", {}, why)));
+    return el("details", { class: "pick-excluded" }, el("summary", {}, `${title} (${counted(points, "point")})`), el("ul", {}, ...rows));
   };
   onRestored(() => {
     if (!state.question || !views.some((view) => view.system === state.question?.system)) return;
@@ -188,7 +210,7 @@ export function picker(report: Report, palette: Palette): HTMLElement {
   return el(
     "div",
     { class: "panel picker", id: "pick" },
-    el("h2", {}, "Which engine within your limits?"),
+    el("h2", {}, "Which engine?"),
     el("form", { class: "question", submit: (event: Event) => event.preventDefault() }, el("label", {}, "System ", system), limits, more, el("label", {}, "Real time at least ", el("span", { class: "limit" }, rate, "×"))),
     found,
   );

@@ -23,6 +23,7 @@ export function reach(id: string): boolean {
   document.body.classList.toggle("alone", page !== null);
   (page ? places.get(page.id) : own)?.open?.();
   for (let node: Element | null = target; node; node = node.parentElement) if (node instanceof HTMLDetailsElement) node.open = true;
-  target.scrollIntoView(page === target ? { block: "start", behavior: "instant" } : {});
+  if (page === target) window.scrollTo({ top: 0, behavior: "instant" });
+  else target.scrollIntoView();
   return true;
 }

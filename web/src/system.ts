@@ -4,6 +4,7 @@ import { valueInfo, type System, type SystemView } from "./data";
 import { el } from "./dom";
 import { questionText, shortAnswer } from "./answers";
 import { fold } from "./fold";
+import { counted } from "./format";
 import { kTwin } from "./grades";
 import { LimitSlider } from "./limit";
 import { modelNotes } from "./notes";
@@ -24,7 +25,7 @@ import { wishes } from "./wishes";
 
 // `all` are hinges and slides; results before version 0.2 do not say how many of them are slides.
 function joints(all: number, slides: unknown): string {
-  const count = (number: number, what: string) => (number > 0 ? `${number} ${what}${number === 1 ? "" : "s"}` : "");
+  const count = (number: number, what: string) => (number > 0 ? counted(number, what) : "");
   if (typeof slides !== "number") return count(all, "joint");
   return [count(all - slides, "hinge"), count(slides, "slide")].filter(Boolean).join(", ") || "no joints";
 }
@@ -124,7 +125,7 @@ export function fillSystem(section: HTMLElement, view: SystemView, system: Syste
       main.append(replay);
       if (!body.isConnected) folds.before(body);
     },
-    add("Raw speed and the front", () => (speedSteps > 0 ? `steps a second at ${speedSteps} timesteps; ${(view.json.fronts[chosen] ?? []).length} points are unbeaten` : "not timed"), beside),
+    add("Raw speed and the front", () => (speedSteps > 0 ? `steps a second at ${counted(speedSteps, "timestep")}; unbeaten: ${counted((view.json.fronts[chosen] ?? []).length, "point")}` : "not timed"), beside),
     add("Grasps", () => "from how many starts the object was held", () => graspTable(view, palette)),
     add("Agreement", () => "which engines compute the same motion, and until when", () => (agreement && agreement.contenders.length > 1 ? agreementPanel(agreement, palette) : null)),
     add("Hidden damping", () => "energy that no model takes away", () => {

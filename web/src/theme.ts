@@ -2,6 +2,7 @@
 import { el } from "./dom";
 
 type Theme = "system" | "light" | "dark";
+const kNames: Record<Theme, string> = { system: "auto", light: "light", dark: "dark" };
 const kKey = "assay-theme";
 const dark = window.matchMedia("(prefers-color-scheme: dark)");
 const listeners: (() => void)[] = [];
@@ -27,7 +28,7 @@ export function onTheme(listener: () => void): void {
 }
 
 export function themeSwitch(): HTMLElement {
-  const select = el("select", { class: "theme", "aria-label": "Colour theme" }, ...(["system", "light", "dark"] as Theme[]).map((theme) => el("option", { value: theme, selected: theme === chosen }, theme)));
+  const select = el("select", { class: "theme", "aria-label": "Colour theme" }, ...(Object.keys(kNames) as Theme[]).map((theme) => el("option", { value: theme, selected: theme === chosen }, `theme: ${kNames[theme]}`)));
   select.addEventListener("change", () => {
     chosen = select.value as Theme;
     try {
@@ -37,7 +38,7 @@ export function themeSwitch(): HTMLElement {
     }
     apply();
   });
-  return el("label", { class: "theme-switch" }, el("span", {}, "Theme "), select);
+  return el("div", { class: "theme-switch" }, select);
 }
 
 dark.addEventListener("change", apply);

@@ -1,5 +1,6 @@
 // One floating card for the whole page: what is under the pointer or the keyboard's cursor.
 import { el, type Child } from "./dom";
+import { state } from "./state";
 
 class Tooltip {
   private readonly card = el("div", { class: "tooltip", role: "status", "aria-live": "polite", hidden: true });
@@ -7,6 +8,7 @@ class Tooltip {
   attach(): void {
     document.body.append(this.card);
     window.addEventListener("scroll", () => this.hide(), { passive: true });
+    state.onChoice(() => this.hide()); // the drawer says more
   }
 
   // `x`, `y` in the window's coordinates; the card stays inside the window.

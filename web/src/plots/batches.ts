@@ -4,7 +4,8 @@ import { line } from "d3-shape";
 import type { BatchRow, Batches, Report } from "../data";
 import { el, svg } from "../dom";
 import { downloads } from "../download";
-import { interval, plain, quantity, timestep } from "../format";
+import { deviceName, interval, plain, quantity, timestep } from "../format";
+import { batchPlace } from "../grades";
 import type { Palette } from "../palette";
 import { state } from "../state";
 import { scrollFrame, sortableTable, type Column } from "../tables/sortable";
@@ -56,11 +57,16 @@ function curvesOf(batches: Batches): Curve[] {
   return [...curves.values()];
 }
 
+// In processes of an engine of one world.
+function isAlone(row: BatchRow): boolean {
+  return Boolean(row.values["batch_processes"]?.value);
+}
+
 // Where the worlds were stepped.
 function placeOf(batches: Batches, row: BatchRow): string {
   const processes = row.values["batch_processes"]?.value;
   if (processes) return processes === 1 ? "1 process" : `${processes} processes on ${processes} cores`;
-  return row.device === "cpu" ? "together, processor" : `together, ${batches.devices[row.device] ?? row.device}`;
+  return row.device === "cpu" ? "together, processor" : `together, ${deviceName(batches.devices[row.device] ?? row.device)}`;
 }
 
 // Of a tick: 500 k.
@@ -86,16 +92,23 @@ function plot(batches: Batches, palette: Palette, what: Shown): { canvas: HTMLEl
   const note = el("p", { class: "quiet note" });
   drawContenders(canvas, (width) => {
     const shown = curves.filter((curve) => !state.isHidden(curve.contender));
-    const measured = shown.flatMap((curve) => curve.rows).filter((row) => shownOf(row) !== null);
+    const all = shown.flatMap((curve) => curve.rows);
+    const measured = all.filter((row) => shownOf(row) !== null);
     const off = new Set(curves.filter((curve) => state.isHidden(curve.contender)).map((curve) => curve.contender)).size;
-    note.textContent = `${what.better} Thin lines: engines of one world, in a process a core. A cross at the bottom: ${what.missing} there, the table says why.${off > 0 ? ` ${off} more ${off === 1 ? "contender is" : "contenders are"} switched off.` : ""}`;
+    const notes = [
+      what.better,
+      all.some(isAlone) ? "Thin lines: engines of one world, in a process a core." : "",
+      all.some((row) => shownOf(row) === null) ? `A cross at the bottom: ${what.missing} there, the table says why.` : "",
+      off > 0 ? `${off} more ${off === 1 ? "contender is" : "contenders are"} switched off.` : "",
+    ];
+    note.textContent = notes.filter(Boolean).join(" ");
     if (measured.length === 0) {
       canvas.append(el("p", { class: "quiet empty" }, `No contender that is shown has a value here: ${what.title.toLowerCase()}.`));
       return;
     }
     const height = Math.round(Math.min(520, Math.max(360, width * 0.62)));
     const frame = { left: 62, right: width - (width > 560 ? 132 : 14), top: 22, bottom: height - 48 };
-    const x = logScale(shown.flatMap((curve) => curve.rows.map((row) => row.worlds)), [frame.left, frame.right], 0.5);
+    const x = logScale(all.map((row) => row.worlds), [frame.left, frame.right], 0.5);
     const y = logScale(measured.map((row) => shownOf(row)!), [frame.bottom - 18, frame.top], 1);
     const drawing = svg("svg", {
       class: "scaling", width, height, viewBox: `0 0 ${width} ${height}`, role: "img",
@@ -117,7 +130,7 @@ function plot(batches: Batches, palette: Palette, what: Shown): { canvas: HTMLEl
     const path = line<BatchRow>((row) => at(row)[0], (row) => at(row)[1]); // prettier-ignore
     for (const curve of shown) {
       const look = palette.look(curve.contender);
-      const alone = curve.rows.some((row) => row.values["batch_processes"]?.value);
+      const alone = curve.rows.some(isAlone);
       const group = svg("g", { class: `series${alone ? " free" : ""}`, "data-contender": curve.contender, style: `--line:${look.color}` });
       group.append(svg("path", { class: "line", d: path(curve.rows.filter((row) => shownOf(row) !== null)) ?? "", "stroke-dasharray": look.dash }));
       for (const row of curve.rows) {
@@ -181,7 +194,7 @@ function table(batches: Batches, palette: Palette): HTMLTableElement {
       key: (row) => value(row, "batch_rate"),
       cell: (row) => {
         const rate = row.values["batch_rate"];
-        if (!rate) return el("span", { class: "quiet", title: row.reason }, `${row.outcome}: ${row.reason}`);
+        if (!rate) return el("span", { class: "quiet batch-failed" }, el("b", {}, row.outcome), `: ${row.reason}`);
         return el("span", { class: "growth" }, el("span", { class: "number" }, quantity(rate.value, "1/s")), el("span", { class: "range" }, interval("batch_rate", rate.low, rate.high, "1/s")));
       },
       className: "figure",
@@ -219,6 +232,8 @@ function fastestOf(batches: Batches, palette: Palette): HTMLElement {
 }
 
 export function batchPanels(report: Report, palette: Palette): HTMLElement[] {
+  const timed = (report.json.views ?? []).some((view) => view.points.some((point) => point.speed !== null));
+  const apart = timed ? "Not comparable with the speed of one world in the sections above: those time single steps of one world on one core." : "";
   return (report.json.batches ?? []).map((batches) => {
     const csv = () => [
       ["contender", "timestep_ms", "device", "worlds", "rate", "low", "high", "latency_us", "memory_bytes", "compile_s", "equivalence_m", "outcome"],
@@ -238,11 +253,11 @@ export function batchPanels(report: Report, palette: Palette): HTMLElement[] {
     };
     return el(
       "div",
-      { class: "batch-parts", "data-system": batches.system },
+      { class: "batch-parts", id: batchPlace(batches), "data-system": batches.system },
       fastestOf(batches, palette),
       panel(kRate),
       panel(kLatency),
-      el("div", { class: "panel matrix-panel" }, scrollFrame(`Many worlds on ${batches.system}, by contender and number of worlds`, "Not comparable with the speed of one world in the sections above: those time single steps of one world on one core.", table(batches, palette))),
+      el("div", { class: "panel matrix-panel" }, scrollFrame(`Many worlds on ${batches.system}, by contender and number of worlds`, apart, table(batches, palette))),
     );
   });
 }

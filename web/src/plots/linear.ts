@@ -35,10 +35,19 @@ export function leftAxis(y: LinearScale, box: Box, spacing: number): SVGGElement
 // Lines of the axis below, and its numbers where `numbers` says so.
 export function timeAxis(x: LinearScale, box: Box, numbers: boolean): SVGGElement {
   const group = svg("g", { class: "grid" });
-  for (const value of x.ticks(Math.max(2, Math.floor((box.right - box.left) / 90)))) {
+  for (const value of timeTicks(x)) {
     const at = Math.round(x(value)) + 0.5;
     group.append(svg("line", { class: "minor", x1: at, x2: at, y1: box.top, y2: box.bottom }));
-    if (numbers) group.append(svg("text", { class: "tick", x: at, y: box.bottom + 17, "text-anchor": "middle" }, `${tickText(value)} s`));
   }
+  if (numbers) group.append(timeNumbers(x, box.bottom));
   return group;
+}
+
+function timeTicks(x: LinearScale): number[] {
+  const [left = 0, right = 0] = x.range();
+  return x.ticks(Math.max(2, Math.floor((right - left) / 90)));
+}
+
+export function timeNumbers(x: LinearScale, bottom: number): SVGGElement {
+  return svg("g", {}, ...timeTicks(x).map((value) => svg("text", { class: "tick", x: Math.round(x(value)) + 0.5, y: bottom + 17, "text-anchor": "middle" }, `${tickText(value)} s`)));
 }

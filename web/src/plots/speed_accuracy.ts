@@ -477,8 +477,9 @@ export class SpeedAccuracy {
     const series = (...parts: SVGElement[]) => [svg("g", { class: "sample", style: "--line:var(--soft)" }, ...parts)];
     const entries: KeyEntry[] = [{ text: "timesteps, the smallest at the left", draw: () => series(wire(), dot(5), dot(17), dot(29)) }];
     if (this.best) entries.push({ text: "the answer", draw: () => [svg("circle", { class: "answer-ring", cx: 17, cy: 8, r: 6.5 })] });
-    if (wishes.of(this.view).limits.some(([name]) => name === this.name)) entries.push({ text: "your limit", draw: () => [svg("line", { class: "limit-line", x1: 2, x2: 32, y1: 8, y2: 8 })] });
-    if (wishes.of(this.view).limits.some(([name]) => name !== this.name)) entries.push({ text: "beyond another limit", draw: () => series(dot(17, " misses", 60)) });
+    const { limits, realtime: rate } = wishes.of(this.view);
+    if (limits.some(([name]) => name === this.name)) entries.push({ text: "your limit", draw: () => [svg("line", { class: "limit-line", x1: 2, x2: 32, y1: 8, y2: 8 })] });
+    if (rate !== null || limits.some(([name]) => name !== this.name)) entries.push({ text: "not within another limit, or not judged by it", draw: () => series(dot(17, " misses", 60)) });
     if (timed) entries.push({ text: "front: none is faster and more accurate", draw: () => [svg("path", { class: "front-line", d: "M2,4H18V12H32" })] });
     if (seen.some((point) => point.timestep === 1)) entries.push({ text: "1 ms", draw: () => series(dot(17, "", 80)) });
     const estimated = seen.filter((point) => point.speed && !point.speed.timed).length;
@@ -500,7 +501,7 @@ export class SpeedAccuracy {
     if (!answer || !frame || !scale) return;
     clear(answer);
     this.answerBox = null;
-    const { limits } = wishes.of(this.view);
+    const { limits, realtime: rate } = wishes.of(this.view);
     const largest = limits.find(([name]) => name === this.name)?.[1];
     if (largest !== undefined) {
       const at = Math.max(frame.top, Math.min(frame.bottom, scale(largest)));
@@ -509,13 +510,12 @@ export class SpeedAccuracy {
         svg("line", { class: "limit-line", x1: frame.left, x2: frame.right, y1: at, y2: at, "data-limit": largest }),
       );
     }
-    // What misses another limit is no answer however it lies here.
+    // What misses another limit, or was not judged by it, is no answer however it lies here.
     const others = limits.filter(([name]) => name !== this.name);
-    const { realtime: rate } = wishes.of(this.view);
     for (const [point, mark] of this.marks) {
-      const known = this.view.point(point.contender, point.timestep);
-      const misses = others.some(([name, most]) => known?.worst?.[name] && exceeds(known.worst[name].value, most)) || (rate !== null && known?.speed && known.speed.value < rate);
-      mark.classList.toggle("misses", Boolean(misses));
+      const worst = this.view.point(point.contender, point.timestep)?.worst ?? {};
+      const within = others.every(([name, most]) => worst[name] && !exceeds(worst[name].value, most)) && (rate === null || (point.speed !== null && point.speed.value >= rate));
+      mark.classList.toggle("misses", !within);
     }
     const { best } = this;
     const point = best && this.series.flatMap((one) => [...one.points, ...one.others]).find((one) => one.contender === best.contender && one.timestep === best.timestep_ms);

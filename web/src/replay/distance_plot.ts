@@ -1,9 +1,11 @@
 // How far each run is from the reference over time, tied to the replay's clock.
 import { extent } from "d3-array";
+import { scaleLinear } from "d3-scale";
 
 import { clear, el, onWidth, svg } from "../dom";
 import { quantity } from "../format";
 import { errorLabel, grid, logScale, ticks } from "../plots/axes";
+import { timeNumbers } from "../plots/linear";
 import type { Clock } from "./clock";
 
 export interface Series {
@@ -13,9 +15,9 @@ export interface Series {
   values: (number | null)[]; // m, a frame each
 }
 
-const kHeight = 150;
+const kHeight = 166;
 const kLeastShare = 1e-7; // of the largest distance: less is drawn at the bottom
-const kMargin = { left: 62, right: 10, top: 8, bottom: 22 };
+const kMargin = { left: 62, right: 10, top: 24, bottom: 22 };
 
 export class DistancePlot {
   readonly element = el("div", { class: "canvas replay-distance" });
@@ -26,7 +28,10 @@ export class DistancePlot {
   private width = 0;
   private readonly redraw: () => void;
 
-  constructor(private readonly clock: Clock) {
+  constructor(
+    private readonly clock: Clock,
+    private readonly title: string,
+  ) {
     this.redraw = onWidth(this.element, (width) => this.draw(width));
     clock.subscribe(() => this.move());
   }
@@ -51,8 +56,9 @@ export class DistancePlot {
     const [bottom, right] = [kHeight - kMargin.bottom, width - kMargin.right];
     const drawing = svg("svg", {
       class: "accuracy", width, height: kHeight, viewBox: `0 0 ${width} ${kHeight}`, role: "img",
-      "aria-label": "Distance from the reference over time",
+      "aria-label": `${this.title}, over time`,
     }); // prettier-ignore
+    drawing.append(svg("text", { class: "axis-title", x: 4, y: 14 }, this.title));
     const positive = this.series.flatMap((one) => one.values.filter((value): value is number => value !== null && value > this.floor));
     if (positive.length === 0) {
       const text = this.series.length === 0 ? "Choose a second contender to see its distance." : `All stay within ${quantity(Math.max(this.floor, 1e-15), "m", 1)} of the reference.`;
@@ -81,10 +87,8 @@ export class DistancePlot {
         drawing.append(group);
       }
     }
-    for (let i = 0; i <= 4; i += 1) {
-      const time = (this.clock.length * i) / 4;
-      drawing.append(svg("text", { class: "tick", x: this.x(time), y: kHeight - 6, "text-anchor": i === 0 ? "start" : i === 4 ? "end" : "middle" }, `${Number(time.toPrecision(3))} s`));
-    }
+    const x = scaleLinear().domain([0, this.clock.length]).range([kMargin.left, right]);
+    drawing.append(timeNumbers(x, bottom));
     const seek = (event: PointerEvent) => {
       const box = drawing.getBoundingClientRect();
       const share = (event.clientX - box.left - kMargin.left) / (width - kMargin.left - kMargin.right);

@@ -73,7 +73,7 @@ class ReplayPanel {
     this.steps = [...new Set(replay.runs.map((run) => run.timestep_ms))].sort((a, b) => a - b);
     this.clock = new Clock((replay.frames - 1) * frame, frame);
     if (measured) this.clock.speed = [...kSpeeds].reverse().find((speed) => speed <= 1 && this.clock.length >= speed * kShownSeconds) ?? kSpeeds[0]!;
-    this.plot = new DistancePlot(this.clock);
+    this.plot = new DistancePlot(this.clock, measured ? "Mean distance of the bodies from what was measured" : "Mean distance of the bodies from the reference");
     this.motions = new Motions(replay);
     this.slider = el("input", { type: "range", min: 0, max: replay.frames - 1, step: 1, value: 0, "aria-label": "Time" });
     this.slider.addEventListener("input", () => {
@@ -285,6 +285,7 @@ class ReplayPanel {
     this.resized();
     this.ready = true;
     await this.changed();
+    if (this.measured) this.seekFarthest();
     await this.drawn();
     this.still.remove();
     this.element.dataset.ready = "true";
@@ -380,16 +381,28 @@ class ReplayPanel {
     markContenders(this.labels);
   }
 
-  private replot(): void {
-    let exact = true;
-    const series = this.chosen.flatMap((name) => {
+  // Of the runs that are shown, where they differ from their references.
+  private get apart() {
+    return this.chosen.flatMap((name) => {
       const [motion, base] = [this.motions.get(this.run(name)), this.motions.get(this.base(name))];
       if (!motion || !base || motion === base) return [];
-      exact &&= base.run === this.replay.runs[0];
       const look = this.palette.look(name);
-      return [{ contender: name, color: look.color, dash: look.dash, values: distances(this.replay, motion, base) }];
+      return [{ contender: name, color: look.color, dash: look.dash, base, values: distances(this.replay, motion, base) }];
     });
-    this.plot.show(series, exact ? 0 : 2 * this.replay.position_error_m);
+  }
+
+  // Where one of them is farthest away.
+  private seekFarthest(): void {
+    if (this.clock.playing || this.clock.time > 0) return;
+    const { apart } = this;
+    const frames = Array.from({ length: this.replay.frames }, (_, frame) => Math.max(0, ...apart.map(({ values }) => values[frame] ?? 0)));
+    this.clock.seek(frames.indexOf(Math.max(...frames)) * this.clock.frame);
+  }
+
+  private replot(): void {
+    const { apart } = this;
+    const exact = apart.every(({ base }) => base.run === this.replay.runs[0]);
+    this.plot.show(apart, exact ? 0 : 2 * this.replay.position_error_m);
   }
 
   private tick(): void {

@@ -34,9 +34,14 @@ function contenderName(palette: Palette, name: string): HTMLElement {
 
 export function ranking(match: Match, palette: Palette): HTMLElement {
   const best = match.contenders[0];
+  const several = match.contenders.length > 1;
+  const isWorse = (one: MatchedContender) => one.score !== undefined && one.score.value > one.untuned_score!.value;
+  const noted = match.contenders.some(isWorse);
+  const titles = ["Contender", "Fitted", "Untuned", "Noise of the first state alone", ...(several ? ["Against the best (95 %)"] : []), ...(noted ? ["Note"] : [])];
+  const rest = String(titles.length - 1);
   const rows = match.contenders.map((one) =>
     one.failure
-      ? el("tr", {}, contenderName(palette, one.contender), el("td", { colspan: "5" }, el("b", { class: "bad" }, "not fitted"), `: ${one.failure}`))
+      ? el("tr", {}, contenderName(palette, one.contender), el("td", { colspan: rest }, el("b", { class: "bad" }, "not fitted"), `: ${one.failure}`))
       : el(
           "tr",
           {},
@@ -44,12 +49,12 @@ export function ranking(match: Match, palette: Palette): HTMLElement {
           el("td", { class: "figure" }, errorText(one.held_out)),
           el("td", { class: "figure" }, errorText(one.untuned)),
           el("td", { class: "figure" }, errorText(one.floor, 2)),
-          el("td", { class: "figure" }, place(one, best!)),
-          el("td", {}, one.score!.value > one.untuned_score!.value ? el("b", { class: "bad" }, "the fit is worse than the model as it is: do not use it") : ""),
+          several ? el("td", { class: "figure" }, place(one, best!)) : null,
+          noted ? el("td", {}, isWorse(one) ? el("b", { class: "bad" }, "the fit is worse than the model as it is: do not use it") : "") : null,
         ),
   );
-  const waiting = match.to_do.map((name) => el("tr", {}, contenderName(palette, name), el("td", { colspan: "5", class: "quiet" }, "not fitted yet")));
-  const table = el("table", { class: "match-table" }, head("Contender", "Fitted", "Untuned", "Noise floor", "Against the best (95 %)", "Note"), el("tbody", {}, ...rows, ...waiting));
+  const waiting = match.to_do.map((name) => el("tr", {}, contenderName(palette, name), el("td", { colspan: rest, class: "quiet" }, "not fitted yet")));
+  const table = el("table", { class: "match-table" }, head(...titles), el("tbody", {}, ...rows, ...waiting));
   return scrollFrame("Ranking of contenders by held-out logs", "Mean over held-out logs: of joints the root mean square, of free bodies the distance in percent of the body's size and the rotation.", table);
 }
 

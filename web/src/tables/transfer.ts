@@ -3,7 +3,7 @@
 import { momentLink } from "../address";
 import { replayOf, valueInfo, type Report, type TransferMatrix, type TransferRow } from "../data";
 import { el, svg, type Child } from "../dom";
-import { percent, plain, quantity, timestep } from "../format";
+import { counted, percent, plain, quantity, sentenceList, timestep } from "../format";
 import { engineOf, type Palette } from "../palette";
 import { swatch } from "../plots/legend";
 import { picture } from "../plots/picture";
@@ -25,7 +25,7 @@ function capital(text: string): string {
 
 // The share of runs that fall, with its interval, as a bar.
 function share(value: number, low: number | null, high: number | null): SVGSVGElement {
-  const width = 92;
+  const width = 56;
   const bar = svg("svg", { class: "share", width, height: 8, viewBox: `0 0 ${width} 8`, "aria-hidden": "true" }, svg("rect", { class: "all", x: 0, y: 2, width, height: 4 }), svg("rect", { class: "fell", x: 0, y: 2, width: width * value, height: 4 }));
   if (low !== null && high !== null) bar.append(svg("path", { class: "whisker", d: `M${width * low},1V7M${width * low},4H${width * high}M${width * high},1V7` }));
   return bar;
@@ -38,6 +38,7 @@ function cell(matrix: TransferMatrix, row: TransferRow | undefined): HTMLElement
   const fallen = rate?.value === null || rate?.value === undefined ? null : Math.round(rate.value * row.runs);
   const range = rate && rate.low !== null && rate.high !== null ? `, 95 % interval of the share ${percent(rate.low)} to ${percent(rate.high)}` : "";
   const count = fallen === null ? "" : `${fallen} of ${row.runs} fall`;
+  const span = rate && rate.low !== null && rate.high !== null ? ` (${plain(100 * rate.low, 2)} to ${percent(rate.high)})` : "";
   const { against_training: against, excess } = row;
   const notes = [count ? `${count}${range}` : "", against && matrix.trained_in ? (against === "not told apart" ? `${against} from training` : `${against} than in training`) : "", excess ?? ""];
   const text = `${row.contender} at ${timestep(row.timestep_ms)} ms: ${[row.verdict, ...notes].filter(Boolean).join(", ")}${row.reason ? `; ${row.reason}` : ""}`;
@@ -47,7 +48,7 @@ function cell(matrix: TransferMatrix, row: TransferRow | undefined): HTMLElement
     el("span", { class: "sign" }, sign),
     ` ${word}`,
     count ? " " : null,
-    count ? el("small", {}, count) : null,
+    count ? el("small", {}, count + span) : null,
     rate && fallen !== null ? share(rate.value ?? 0, rate.low, rate.high) : null,
     against && against !== "not told apart" ? el("small", {}, `${against} than in training`) : null,
     excess ? el("small", { class: "excess" }, excess) : null,
@@ -109,7 +110,9 @@ function table(report: Report, matrix: TransferMatrix, palette: Palette): HTMLTa
   // as the program orders rows, the lowest fall rate first, behind the contender of training
   const contenders = [...new Set(matrix.rows.map((row) => row.contender))].sort((a, b) => Number(b === matrix.trained_in) - Number(a === matrix.trained_in));
   const values = kCompared.filter(([name]) => matrix.rows.some((row) => (row.values[name]?.value ?? null) !== null));
-  const head = ["Contender", ...steps.map((step) => `${timestep(step)} ms${step === matrix.trained_ms ? " (training)" : ""}`), ...values.map(([, title]) => (matrix.rows.some((row) => row.trained) ? `${title}, × training` : title)), "First body to separate", "Replay"];
+  const links = new Map(contenders.map((contender) => [contender, link(matrix, told(matrix, matrix.rows.filter((row) => row.contender === contender)))]));
+  const replays = [...links.values()].some(Boolean);
+  const head = ["Contender", ...steps.map((step) => `${timestep(step)} ms${step === matrix.trained_ms ? " (training)" : ""}`), ...values.map(([, title]) => (matrix.rows.some((row) => row.trained) ? `${title}, × training` : title)), "First body to separate", ...(replays ? ["Replay"] : [])];
   const bodies = contenders.map((contender) => {
     const rows = matrix.rows.filter((row) => row.contender === contender);
     const row = told(matrix, rows);
@@ -121,7 +124,7 @@ function table(report: Report, matrix: TransferMatrix, palette: Palette): HTMLTa
       ...steps.map((step) => cell(matrix, rows.find((each) => each.timestep_ms === step))),
       ...values.map(([name, , word]) => compared(matrix, shown, name, word)),
       el("td", { class: "transfer-parts" }, ...(contender === matrix.trained_in && row?.parting.parted === 0 ? ["–"] : parts(row))),
-      el("td", {}, link(matrix, row)),
+      replays ? el("td", {}, links.get(contender)) : null,
     );
   });
   return el("table", { class: "transfer-table" }, el("thead", {}, el("tr", {}, ...head.map((title, i) => el("th", { scope: "col", class: i === 0 ? "sticky" : null }, title)))), el("tbody", {}, ...bodies));
@@ -129,13 +132,16 @@ function table(report: Report, matrix: TransferMatrix, palette: Palette): HTMLTa
 
 export function transfers(report: Report, matrix: TransferMatrix, palette: Palette): Child[] {
   const [first = "", ...others] = matrix.answer;
+  const steps = [...new Set(matrix.rows.map((row) => row.timestep_ms))].sort((a, b) => a - b);
+  // of those that stay up and yet are not among the first
+  const worse = others.filter((line) => line.startsWith("stays up, but worse"));
   const runs = Math.max(0, ...matrix.rows.map((row) => row.runs));
   const at = matrix.trained_ms === null ? "" : ` at ${timestep(matrix.trained_ms)} ms`;
   const training = matrix.trained_in ? `First body to separate: the body that is first more than 1 mm from that in ${matrix.trained_in}, where the policy was trained${at}, and the joint that moves it the most.` : "";
   const against = matrix.rows.some((row) => row.against_training)
     ? `Falls more or less often: the share differs from that of training by the rank test, p at most ${matrix.told_apart} after a correction for the number of rows. ! and ▲: an error, the slip or the power is at least ${matrix.many_times} times that of training, even by the near ends of the 95 % intervals.`
     : "";
-  const facts = [`${runs} ${runs === 1 ? "run" : "runs"} of ${quantity(matrix.duration_s, "s")} each`, matrix.policy, matrix.pushes ?? "", matrix.trained_in ? `trained in ${matrix.trained_in}${at}` : ""].filter(Boolean);
+  const facts = [`${counted(runs, "run")} of ${quantity(matrix.duration_s, "s")} each`, matrix.policy, matrix.pushes ?? "", matrix.trained_in ? `trained in ${matrix.trained_in}${at}` : ""].filter(Boolean);
   const drawn = report.json.pictures?.find((candidate) => candidate.system === matrix.system);
   const look = drawn ? picture(drawn, 150, 90) : null;
   return [
@@ -145,7 +151,7 @@ export function transfers(report: Report, matrix: TransferMatrix, palette: Palet
       el(
         "div",
         { class: "transfer-head" },
-        el("div", {}, el("h3", {}, matrix.system), el("p", { class: "sub" }, facts.join(" · ")), el("p", { class: "transfer-answer" }, `${capital(first)}.`)),
+        el("div", {}, el("h3", {}, matrix.system), el("p", { class: "sub" }, facts.join(" · ")), el("p", { class: "transfer-answer" }, `${capital(first)}.`), el("p", { class: "sub" }, [`Tried at ${sentenceList(steps.map(timestep))} ms${steps.length === 1 ? " only" : ""}`, ...worse.map(capital)].join(". ") + ".")),
         look,
       ),
       scrollFrame(`Where the policy works on ${matrix.system}, by contender and timestep`, "", table(report, matrix, palette)),
