@@ -147,6 +147,7 @@ Answer answer_of(const std::string& robot, const std::vector<Timed>& points, con
                     match::figures_text(timed.point.error)});
   }
   answer.table({"contender", "timestep", "times real time", "held out"}, std::move(rows));
+  if (points.size() > kMostRows) answer.line(fmt::format("and {} more, in like_real.json", points.size() - kMostRows));
   for (const match::RealContender& contender : found.contenders) {
     if (contender.settings.empty()) continue;
     std::vector<std::string> settings;
