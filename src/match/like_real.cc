@@ -110,7 +110,7 @@ RealLimit real_limit(const std::optional<std::string>& given, const RealMatch& m
     return std::ranges::any_of(match.points, [&](const RealPoint& point) { return (point.error.*member).has_value(); });
   };
   RealLimit limit;
-  limit.text = "error within " + *given;
+  limit.text = "within an error of " + *given;
   constexpr double kPercent = 0.01;
   if (percent) {
     if (!has(&ErrorFigures::position_percent)) {

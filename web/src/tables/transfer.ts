@@ -134,7 +134,7 @@ export function transfers(report: Report, matrix: TransferMatrix, palette: Palet
   const [first = "", ...others] = matrix.answer;
   const steps = [...new Set(matrix.rows.map((row) => row.timestep_ms))].sort((a, b) => a - b);
   // of those that stay up and yet are not among the first
-  const worse = others.filter((line) => line.startsWith("stays up, but worse"));
+  const worse = matrix.rows.filter((row) => row.verdict === "stays up, but worse").map((row) => `${row.contender} at ${timestep(row.timestep_ms)} ms`);
   const runs = Math.max(0, ...matrix.rows.map((row) => row.runs));
   const at = matrix.trained_ms === null ? "" : ` at ${timestep(matrix.trained_ms)} ms`;
   const training = matrix.trained_in ? `First body to separate: the body that is first more than 1 mm from that in ${matrix.trained_in}, where the policy was trained${at}, and the joint that moves it the most.` : "";
@@ -151,7 +151,7 @@ export function transfers(report: Report, matrix: TransferMatrix, palette: Palet
       el(
         "div",
         { class: "transfer-head" },
-        el("div", {}, el("h3", {}, matrix.system), el("p", { class: "sub" }, facts.join(" · ")), el("p", { class: "transfer-answer" }, `${capital(first)}.`), el("p", { class: "sub" }, [`Tried at ${sentenceList(steps.map(timestep))} ms${steps.length === 1 ? " only" : ""}`, ...worse.map(capital)].join(". ") + ".")),
+        el("div", {}, el("h3", {}, matrix.system), el("p", { class: "sub" }, facts.join(" · ")), el("p", { class: "transfer-answer" }, `${capital(first)}.`), el("p", { class: "sub" }, [`Tried at ${sentenceList(steps.map(timestep))} ms${steps.length === 1 ? " only" : ""}`, ...(worse.length > 0 ? [`Stays up, but worse: ${sentenceList(worse)}`] : [])].join(". ") + ".")),
         look,
       ),
       scrollFrame(`Where the policy works on ${matrix.system}, by contender and timestep`, "", table(report, matrix, palette)),
