@@ -203,6 +203,10 @@ Fit fit(Evaluator& evaluator, const Model& model, const Windows& windows, const 
     task["blocks"].push_back(windows.residual_count(window));
     task["clusters"].push_back(logs.size() >= kEnoughLogs ? logs.at(window.log) : i);
   }
+  // of each motion of a free body how far it came and turned: samples of one motion are not independent
+  size_t observations = 0;
+  for (const size_t index : training) observations += 6 * windows.all()[index].message.flights.size();
+  task["observations"] = std::max<size_t>(observations, 1);
   FirstStates first_states(windows, training);
   task["first_states"] = !options.rough && first_states.components() > 0;
   const auto value_list = [&](const json& coordinates) {
@@ -231,7 +235,7 @@ Fit fit(Evaluator& evaluator, const Model& model, const Windows& windows, const 
       for (const json& each : end.at("combinations")) {
         found.combinations.push_back({each.at("members").get<std::vector<std::string>>(),
                                       each.at("weights").get<std::vector<double>>(), each.at("interval").get<double>(),
-                                      each.at("frozen").get<std::string>()});
+                                      each.at("frozen").get<std::string>(), each.at("as_found").get<bool>()});
       }
       for (const json& start : end.at("starts")) {
         std::vector<double> values = value_list(start);
@@ -253,7 +257,7 @@ Fit fit(Evaluator& evaluator, const Model& model, const Windows& windows, const 
     const bool costs = message.contains("costs");
     const std::string key = Record::key(asked);
     done += static_cast<int>(asked.size());
-    if (options.progress) options.progress(done, std::max(options.budget, done));
+    if (options.progress) options.progress(done, std::max(message.at("expected").get<int>(), done));
     if (costs) {
       if (const json* known = record.find(key)) {
         optimiser.answer({{"costs", *known}});
@@ -298,7 +302,8 @@ nlohmann::ordered_json fit_json(const Fit& fit) {
     json["combinations"].push_back({{"members", each.members},
                                     {"weights", each.weights},
                                     {"relative_interval", each.interval},
-                                    {"frozen", each.frozen}});
+                                    {"frozen", each.frozen},
+                                    {"as_found", each.as_found}});
   }
   json["at_bound"] = fit.at_bound;
   json["starts"] = fit.starts;
@@ -321,7 +326,8 @@ Fit fit_from_json(const nlohmann::ordered_json& json) {
   for (const auto& each : json.at("combinations")) {
     fit.combinations.push_back({each.at("members").get<std::vector<std::string>>(),
                                 each.at("weights").get<std::vector<double>>(),
-                                each.at("relative_interval").get<double>(), each.at("frozen").get<std::string>()});
+                                each.at("relative_interval").get<double>(), each.at("frozen").get<std::string>(),
+                                each.at("as_found").get<bool>()});
   }
   fit.at_bound = json.at("at_bound").get<std::vector<std::string>>();
   fit.starts = json.at("starts").get<std::vector<std::vector<double>>>();

@@ -28,13 +28,14 @@ struct FitOptions {
 struct Combination {
   std::vector<std::string> members;  // names of parameters, the largest share first
   std::vector<double> weights;
-  double interval = 0;  // 95 %, in sizes of the parameters: 1 is a number by itself
-  std::string frozen;   // the member that was kept at the model's value
+  double interval = 0;    // 95 %, in sizes of the parameters: 1 is a number by itself
+  std::string frozen;     // the member that the fit left alone then
+  bool as_found = false;  // at the value that was found, because the model's fits worse; else at the model's
 };
 
 struct Fit {
   std::vector<double> values;                    // of the parameters
-  std::vector<std::optional<double>> low, high;  // 95 %; empty: kept at the model's value
+  std::vector<std::optional<double>> low, high;  // 95 %; empty: not determined
   std::vector<Combination> combinations;
   std::vector<std::string> at_bound;
   std::vector<std::vector<double>> starts;  // values at which the starts ended, with the cost behind them, best first

@@ -107,7 +107,7 @@ MeasuredLog part_of(const MeasuredLog& log, size_t from, size_t to, const std::s
 // What a contender's result depends on; the engine's part of the program is in it, the coordinator's is not.
 std::string key_of(const MatchQuestion& question, const std::string& contender) {
   const std::string engine = Registry::instance().resolve(contender).engine->name();
-  std::string text = fmt::format("match 3 {} {} {} {} {} {}\n", question.spec.hash, contender,
+  std::string text = fmt::format("match 4 {} {} {} {} {} {}\n", question.spec.hash, contender,
                                  Registry::instance().plugin_hash(engine), question.timestep_ms, question.budget,
                                  question.config.seed);
   const auto add = [&](const auto& numbers) {
@@ -348,7 +348,7 @@ class Matcher {
           (fs::path(question_.out) / "evaluations" / fmt::format("{}-{}-{}.jsonl", name, f, key.substr(0, 12)))
               .string();
       const size_t later = (question_.contenders.size() - done_contenders_) * folds.size() - f - 1;
-      options.progress = [&, later](int done, int) { tell(done, later); };
+      options.progress = [&, later](int done, int of) { tell(done, of, later); };
       const Fit found = fit(evaluator, question_.model, windows_, windows_of(WindowUse::kFit, folds[f].training),
                             result.parameters, options);
       done_ += found.evaluations;
@@ -433,13 +433,13 @@ class Matcher {
     }
   }
 
-  // `done` candidates of a fit, after which `later` fits follow. A fit is expected to take as many as those before it,
-  // the first one its budget.
-  void tell(int done, size_t later) {
+  // `done` candidates of a fit, whose search ends at `of`, and after which `later` fits follow. A fit is expected to
+  // take as many as those before it, the first one its budget.
+  void tell(int done, int of, size_t later) {
     if (!progress_) return;
     const double spent_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
     const double each = ended_fits_ > 0 ? static_cast<double>(done_) / ended_fits_ : budget_;
-    const double left = std::max(0.0, each - done) + static_cast<double>(later) * each;
+    const double left = std::max<double>(of, each) - done + static_cast<double>(later) * each;
     progress_(fmt::format("{} ({} of {}): {} candidates, about {} left", current_, done_contenders_ + 1,
                           question_.contenders.size(), done,
                           duration_label(spent_s * left / std::max(1, done_ + done))));

@@ -267,8 +267,10 @@ Answer match_text(const MatchQuestion& question, const MatchAnswer& answer) {
       text.table({"parameter", "fitted", "95 %", "model", ""}, std::move(parameters), {3});
     }
     for (const Combination& each : result.fit.combinations) {
-      text.line(fmt::format("not identified: {} (95 % spans {:.2g} times itself): {} stays as in the model",
-                            join(each.members, " x "), each.interval, each.frozen));
+      text.line(fmt::format(
+          "not identified: {} (95 % spans {:.2g} times itself): {} {}", join(each.members, " x "), each.interval,
+          each.frozen,
+          each.as_found ? "stays as found, because the model's value fits worse" : "stays as in the model"));
     }
     for (const Phase& phase : result.phases) text.fact(phase.name, figures_text(phase.fitted));
   }

@@ -8,7 +8,8 @@
 #
 # The first line is the task: parameters in coordinates in which 1 is an expected deviation. Then this process asks for
 # residuals of candidates, a batch at a time, and says at last what it has found:
-#   {"ask": [[...], ...]}  ->  {"residuals": [[...], ...]}, of each candidate, in blocks of task["blocks"] numbers
+#   {"ask": [[...], ...], "expected": ...}  ->  {"residuals": [[...], ...]}, of each candidate, in blocks of
+#                             task["blocks"] numbers; expected: evaluations in all when this search ends
 #   {"ask": ..., "costs": true}  ->  {"costs": [...]}, the mean Huber loss
 #   {"linearise": [...]}  ->  {"simulated": ...}: from then on residuals are without what an error of the first states
 #                             explains, to first order about this candidate (where task["first_states"])
@@ -38,6 +39,7 @@ class Problem:
         self.nominal = self.start.copy()
         self.free = [i for i in range(len(self.start)) if self.width[i] > 0]
         self.evaluations = 0
+        self.expected = 0  # evaluations when the search that goes on ends
         # of each residual its block, and of each block its cluster
         self.cluster_of = np.repeat(np.array(task["clusters"], dtype=int), task["blocks"]) if task["blocks"] else np.zeros(0, int)
 
@@ -70,7 +72,7 @@ class Problem:
 
     def ask(self, candidates, costs=False):
         self.evaluations += len(candidates)
-        message = {"ask": [[float(v) for v in c] for c in candidates]}
+        message = {"ask": [[float(v) for v in c] for c in candidates], "expected": max(self.expected, self.evaluations)}
         if costs:
             message["costs"] = True
         answer = self.exchange(message)
@@ -78,6 +80,14 @@ class Problem:
 
     def residuals(self, free_values):
         return self.ask([self.full(free_values)])[0]
+
+    def posteriors(self, candidates):
+        """Costs times what their distance from the model's values makes them less likely: impacts can be fitted by
+        parameters that no body of this kind has, which then predict other impacts worse. A coordinate is normal with
+        deviation 1; n observations with a mean absolute deviation of c have the likelihood c^-n."""
+        costs = self.ask(candidates, costs=True)
+        squares = np.sum((np.array(candidates) - self.nominal) ** 2, axis=1)
+        return costs * np.exp(squares / (2 * self.task["observations"]))
 
     def jacobian(self, free_values, step, central):
         """Differences towards the inside of the bounds, all in one batch."""
@@ -104,6 +114,23 @@ class Problem:
             found = [at_middle if np.array_equal(c, middle) else next(answers) for c in candidates]
         columns = [(found[2 * k] - found[2 * k + 1]) / spans[k] for k in range(len(spans))]
         return np.array(columns).T
+
+    def model_fits(self, solution, member, direction):
+        """Whether a parameter that is not determined may as well be the model's, where the others make up for it. Else
+        the data say that it is not, as of a time constant that has to be short and acts no more below two timesteps."""
+        lower, upper = self.lower[self.free], self.upper[self.free]
+        way = direction * self.sizes(solution)
+        nominal = self.nominal[self.free[member]]
+        along, alone = solution + way * (nominal - solution[member]) / way[member], solution.copy()
+        along[member] = alone[member] = nominal
+        costs = self.judged([self.full(np.clip(x, lower, upper)) for x in (solution, along, alone)])
+        return bool(min(costs[1:]) <= costs[0] * (1 + self.task["equal"]))
+
+    def judged(self, candidates):
+        """As search() judges them."""
+        if self.task["method"] == "cma":
+            return self.posteriors(candidates)
+        return [huber_cost(each, self.task["delta"]) for each in self.ask(candidates)]
 
 
 def huber_cost(residuals, delta):
@@ -158,7 +185,7 @@ def cma_from(problem, start, seed, budget):
     spent = 0
     while not run.stop() and spent < budget:
         candidates = run.ask()
-        costs = problem.ask([problem.full(np.clip(c, lower, upper)) for c in candidates], costs=True)
+        costs = problem.posteriors([problem.full(np.clip(c, lower, upper)) for c in candidates])
         spent += len(candidates)
         run.tell(candidates, list(costs))
         if costs.min() < best_cost:
@@ -166,7 +193,7 @@ def cma_from(problem, start, seed, budget):
             best = np.clip(np.array(candidates[int(costs.argmin())]), lower, upper)
     # the mean of the distribution is the better estimate where the cost is rough
     middle = np.clip(np.array(run.result.xfavorite), lower, upper)
-    cost = float(problem.ask([problem.full(middle)], costs=True)[0])
+    cost = float(problem.posteriors([problem.full(middle)])[0])
     return (middle, cost) if cost <= best_cost else (best, best_cost)
 
 
@@ -253,6 +280,8 @@ class Information:
             curvature = np.tensordot(times, self.curvatures, axes=1) + prior
             slope = np.tensordot(times, self.slopes, axes=1)
             steps.append(-np.linalg.solve(curvature, slope))
+        if self.problem.task["method"] == "cma":  # where the cost is rough its slope at the solution is not zero
+            steps = np.array(steps) - np.mean(steps, axis=0)
         # a bootstrap of few clusters is too narrow: by the missing degree of freedom, and by Student's quantile, which of
         # fewer than five says more of their number than of the data
         few = math.sqrt(count / max(1, count - 1)) * stats.t.ppf(0.975, max(4, count - 1)) / stats.norm.ppf(0.975)
@@ -283,6 +312,7 @@ def fit(task):
                       "cost": None, "evaluations": 0, "combinations": [], "starts": [], "at_bound": []}})
         return
     while True:
+        problem.expected = problem.evaluations + budget
         found = search(problem, budget)
         solution = found[0][0]
         if not spread:
@@ -300,9 +330,10 @@ def fit(task):
             "weights": [float(direction[i]) for i in members],
             "interval": float(interval),
             "frozen": names[problem.free[members[0]]],
+            "as_found": not problem.model_fits(solution, members[0], direction),
         })
         frozen = problem.free.pop(members[0])
-        problem.start[frozen] = problem.nominal[frozen]
+        problem.start[frozen] = solution[members[0]] if combinations[-1]["as_found"] else problem.nominal[frozen]
         if not problem.free:
             solution, information = np.zeros(0), None
             break

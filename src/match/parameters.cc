@@ -302,7 +302,7 @@ class Chooser {
     p.element = setting->name;
     p.unit = setting->unit;
     if (*own > 0) {
-      factor(p, *own, 20, 0.5);
+      factor(p, *own, 20, 1);
     } else {
       const double most = setting->maximum.value_or(1);
       number(p, *own, setting->minimum.value_or(0), most, 0.2 * most);

@@ -386,7 +386,7 @@ export interface MatchedContender {
   untuned?: ErrorFigures;
   floor?: ErrorFigures;
   parameters?: MatchedParameter[];
-  not_identified?: { members: string[]; relative_interval: number; frozen: string }[];
+  not_identified?: { members: string[]; relative_interval: number; frozen: string; as_found?: boolean }[];
   phases?: (Record<string, number | string> & { phase: string })[];
   timesteps?: { timestep_ms: number; held_out: ErrorFigures; windows: number; failed: number }[];
 }

@@ -111,7 +111,7 @@ export function fittedParameters(match: Match, palette: Palette): Child[] {
   );
   const title = (one: MatchedContender) => el("th", { scope: "col", class: "figure" }, el("span", { class: "contender" }, swatch(palette, one.contender), one.contender));
   const table = el("table", { class: "match-table" }, el("thead", {}, el("tr", {}, el("th", { scope: "col", class: "sticky" }, "Parameter"), el("th", { scope: "col", class: "figure" }, "Model's file"), ...contenders.map(title))), el("tbody", {}, ...rows));
-  const open = contenders.flatMap((one) => (one.not_identified ?? []).map((combination) => el("li", {}, el("b", {}, one.contender), `: ${combination.members.join(" × ")} is not identified (its 95 % interval spans ${plain(combination.relative_interval, 2)} times itself); ${combination.frozen} stays as in the model`)));
+  const open = contenders.flatMap((one) => (one.not_identified ?? []).map((combination) => el("li", {}, el("b", {}, one.contender), `: ${combination.members.join(" × ")} is not identified (its 95 % interval spans ${plain(combination.relative_interval, 2)} times itself); ${combination.frozen} stays ${combination.as_found ? "as found, because the model's value fits worse" : "as in the model"}`)));
   return [
     el(
       "div",
