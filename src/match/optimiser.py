@@ -115,17 +115,6 @@ class Problem:
         columns = [(found[2 * k] - found[2 * k + 1]) / spans[k] for k in range(len(spans))]
         return np.array(columns).T
 
-    def model_fits(self, solution, member, direction):
-        """Whether a parameter that is not determined may as well be the model's, where the others make up for it. Else
-        the data say that it is not, as of a time constant that has to be short and acts no more below two timesteps."""
-        lower, upper = self.lower[self.free], self.upper[self.free]
-        way = direction * self.sizes(solution)
-        nominal = self.nominal[self.free[member]]
-        along, alone = solution + way * (nominal - solution[member]) / way[member], solution.copy()
-        along[member] = alone[member] = nominal
-        costs = self.judged([self.full(np.clip(x, lower, upper)) for x in (solution, along, alone)])
-        return bool(min(costs[1:]) <= costs[0] * (1 + self.task["equal"]))
-
     def judged(self, candidates):
         """As search() judges them."""
         if self.task["method"] == "cma":
@@ -311,9 +300,17 @@ def fit(task):
         say({"done": {"values": list(map(float, problem.start)), "low": [None] * len(names), "high": [None] * len(names),
                       "cost": None, "evaluations": 0, "combinations": [], "starts": [], "at_bound": []}})
         return
+    before = None  # what was found while the last parameter that is not determined was free
     while True:
         problem.expected = problem.evaluations + budget
         found = search(problem, budget)
+        if before and found[0][1] > before["found"][0][1] * (1 + task["equal"]):
+            # the data do not say what it is, but that it is not the model's: as of a time constant that has to be
+            # short, and acts no more below two timesteps
+            combinations[-1]["as_found"] = True
+            member, frozen = before["member"], before["frozen"]
+            problem.start[frozen] = before["found"][0][0][member]
+            found = [(np.delete(x, member), cost) for x, cost in before["found"]]
         solution = found[0][0]
         if not spread:
             spread = [[float(v) for v in problem.full(x)] + [float(c)] for x, c in found]
@@ -330,11 +327,18 @@ def fit(task):
             "weights": [float(direction[i]) for i in members],
             "interval": float(interval),
             "frozen": names[problem.free[members[0]]],
-            "as_found": not problem.model_fits(solution, members[0], direction),
+            "as_found": False,
         })
         frozen = problem.free.pop(members[0])
-        problem.start[frozen] = solution[members[0]] if combinations[-1]["as_found"] else problem.nominal[frozen]
+        before = {"found": found, "member": members[0], "frozen": frozen}
+        problem.start[frozen] = problem.nominal[frozen]
         if not problem.free:
+            as_model = problem.start.copy()
+            problem.start[frozen] = solution[0]
+            costs = problem.judged([as_model, problem.start])
+            combinations[-1]["as_found"] = bool(costs[0] > costs[1] * (1 + task["equal"]))
+            if not combinations[-1]["as_found"]:
+                problem.start = as_model
             solution, information = np.zeros(0), None
             break
         # the others start where they are
