@@ -181,7 +181,7 @@ def figure(found, path):
     panels = [panel(found[name], *PANELS[name]) for name in found]
     key = ('<circle cx="200" cy="10" r="4" fill="white" stroke="#1463c4" stroke-width="1.5"/><text x="210" y="14">as the file says</text>'
            '<circle cx="320" cy="10" r="4" fill="#1463c4"/><text x="330" y="14">fitted to other logs</text>'
-           '<line x1="455" y1="5" x2="455" y2="15" stroke="#d4590c" stroke-width="2"/><text x="463" y="14">noise of the first state</text>')
+           '<line x1="455" y1="5" x2="455" y2="15" stroke="#d4590c" stroke-width="2"/><text x="463" y="14">noise floor</text>')
     total = 24 + sum(height for _, height in panels)
     lines = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {total}" font-family="sans-serif" font-size="11">',
              f'<rect width="{WIDTH}" height="{total}" fill="white"/>', key]

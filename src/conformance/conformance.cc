@@ -29,6 +29,7 @@ enum class Need {
   kContact,
   kRigidContact,
   kCompliance,
+  kRestitution,
   kContactForces,
   kActuators
 };
@@ -340,6 +341,8 @@ const std::vector<Entry>& entries() {
       {"contact-compliance",
        "contacts with a given stiffness and damping: a ball sinks by m g / k, and its oscillation decays as it has to",
        Need::kCompliance, conformance::contact_compliance},
+      {"restitution", "a ball leaves the ground, and another ball, with the given part of its speed",
+       Need::kRestitution, conformance::restitution},
       {"contact-forces", "the impulses of contacts are what changes the momenta of sliding and colliding balls",
        Need::kContactForces, conformance::contact_forces},
       {"forces-of-boxes",
@@ -373,6 +376,8 @@ const char* need_text(Need need) {
       return "contact forces";
     case Need::kCompliance:
       return "a stiffness of contacts";
+    case Need::kRestitution:
+      return "a coefficient of restitution";
     case Need::kActuators:
       return "actuators of the engine's own";
   }
@@ -411,6 +416,8 @@ bool has(const Subject& subject, const Capabilities& can, Need need) {
       return can.contact && can.contact_forces != ContactForces::kNone;
     case Need::kCompliance:
       return can.contact && subject.with_compliance(1, 1).has_value();
+    case Need::kRestitution:
+      return can.contact && !subject.is_compliant() && subject.with_restitution(1).has_value();
     case Need::kActuators:
       return can.actuators;
   }

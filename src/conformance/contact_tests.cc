@@ -301,6 +301,46 @@ Verdict excluded_pairs(const Subject& subject) {
   return checks.worst();
 }
 
+Verdict restitution(const Subject& subject) {
+  // gaps that end at different moments of a step
+  constexpr double kSpeed = 2;
+  constexpr std::array kGaps = {0.01, 0.0104, 0.0109, 0.0117};
+  Model model;
+  model.name = "conformance-restitution";
+  model.gravity.setZero();
+  const int plane = add_shape(model, ShapeType::kPlane, kWorld);
+  for (size_t k = 0; k < kGaps.size(); ++k) {
+    const auto y = static_cast<double>(k);
+    add_contact(model, plane, add_sphere(model, fmt::format("falling {}", k), {0, y, kRadius + kGaps[k]}), 0);
+    const int struck = add_sphere(model, fmt::format("struck {}", k), {1, y, 1});
+    const Vec3 beside(1 - 2 * kRadius - kGaps[k], y, 1);
+    add_contact(model, struck, add_sphere(model, fmt::format("striking {}", k), beside), 0);
+  }
+  model = finished(std::move(model));
+  State start = model.initial;
+  for (size_t k = 0; k < kGaps.size(); ++k) {
+    start.bodies[3 * k].v_WBcm = {0, 0, -kSpeed};
+    start.bodies[3 * k + 2].v_WBcm = {kSpeed, 0, 0};
+  }
+  Checks checks("");
+  for (const double coefficient : {0.5, 0.9}) {
+    for (const double timestep : {kStep, kStep / 4}) {
+      const auto elastic = subject.with_restitution(coefficient);
+      const State end = Subject(*elastic).run(model, start, timestep, 0.1);
+      const auto say = [&](const char* what, double found) {
+        checks.add_at(timestep, std::abs(found / coefficient - 1), 0.02,
+                      fmt::format("{}: {:.4f} of the speed against {}, relative", what, found, coefficient));
+      };
+      for (size_t k = 0; k < kGaps.size(); ++k) {
+        const BodyState *falling = &end.bodies[3 * k], *struck = falling + 1, *striking = falling + 2;
+        say("ball from the ground", falling->v_WBcm.z() / kSpeed);
+        say("ball from a ball", (struck->v_WBcm - striking->v_WBcm).x() / kSpeed);
+      }
+    }
+  }
+  return checks.worst();
+}
+
 Verdict contact_compliance(const Subject& subject) {
   // a ball of 1 kg that sinks by about 1 mm
   constexpr double kStiffness = 1e4, kMass = 1, kSink = kMass * kGravity / kStiffness, kDamping = 0.1;

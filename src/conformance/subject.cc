@@ -86,6 +86,15 @@ std::optional<ResolvedContender> Subject::with_compliance(double stiffness, doub
   return compliant;
 }
 
+std::optional<ResolvedContender> Subject::with_restitution(double coefficient) const {
+  const std::vector<Setting> declared = contender_.engine->settings();
+  const auto setting = std::ranges::find(declared, "restitution", &Setting::name);
+  if (setting == declared.end()) return std::nullopt;
+  ResolvedContender elastic = contender_;
+  elastic.settings.values[setting->name] = coefficient;
+  return elastic;
+}
+
 bool Subject::is_exact(Feature feature) const {
   const Capabilities can = capabilities();
   const FeatureSupport* support = can.support(feature);

@@ -58,6 +58,8 @@ class Subject {
   bool is_compliant() const;
   // The contender with this compliance of its contacts (N/m, N s/m); nothing where it cannot have one.
   std::optional<ResolvedContender> with_compliance(double stiffness, double damping) const;
+  // The contender with this coefficient of restitution; nothing where it has none.
+  std::optional<ResolvedContender> with_restitution(double coefficient) const;
 
   Capabilities capabilities() const { return contender_.engine->capabilities(contender_.settings); }
 

@@ -87,6 +87,7 @@ Verdict armature_impact(const Subject& subject);
 Verdict friction_per_pair(const Subject& subject);
 Verdict excluded_pairs(const Subject& subject);
 Verdict contact_compliance(const Subject& subject);
+Verdict restitution(const Subject& subject);
 
 // ---- what rests and what moves slowly, at every timestep (rest_tests.cc) --------------------------------------------
 Verdict bodies_at_rest(const Subject& subject);

@@ -105,6 +105,39 @@ inline ContactCompliance contact_compliance(const Settings& settings) {
   return {settings.get<double>("contact_stiffness"), settings.get<double>("contact_damping")};
 }
 
+// What an impact gives back of the speed along its normal. Models have none, so 0 unless somebody asks.
+struct Restitution {
+  double coefficient = 0;  // of the pair, whatever the engine makes of two materials
+  double threshold = 0;    // m/s, slower impacts give nothing back
+
+  // For engines that multiply two materials.
+  double of_material() const { return std::sqrt(coefficient); }
+};
+
+// The settings for it. `own_threshold`: the engine's default and what bounds it; "" where the engine has none.
+inline void add_restitution(std::vector<Setting>& settings, const std::string& own_threshold) {
+  settings.push_back({.name = "restitution",
+                      .default_value = 0.0,
+                      .unit = "",
+                      .meaning = "part of the speed along its normal that an impact gives back",
+                      .minimum = 0,
+                      .maximum = 1,
+                      .role = SettingRole::kContactRebound});
+  if (own_threshold.empty()) return;
+  settings.push_back(
+      {.name = "restitution_threshold",
+       .default_value = 0.1,
+       .unit = "m/s",
+       .meaning = fmt::format("slower impacts give nothing back; acts with restitution ({})", own_threshold),
+       .minimum = 0,
+       .maximum = 1e3});
+}
+inline Restitution restitution(const Settings& settings) {
+  const auto threshold = settings.values.find("restitution_threshold");
+  return {settings.get<double>("restitution"),
+          threshold == settings.values.end() ? 0.0 : std::get<double>(threshold->second)};
+}
+
 // The value of a declared setting as engines want it; whether a setting of text has the value `choice`.
 inline int integer(const Settings& settings, const std::string& name) {
   return static_cast<int>(settings.get<long long>(name));

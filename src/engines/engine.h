@@ -36,6 +36,7 @@ enum class SettingRole {
   kContactSoftness,   // how contacts give way, in the engine's own measure: a time constant, an ERP, a frequency
   kContactStiffness,  // of a contact point along its normal, N/m; 0: the engine's own contacts
   kContactDamping,    // of the same, N s/m
+  kContactRebound,    // what an impact gives back, in the engine's own measure: a coefficient, a damping ratio
 };
 
 // One knob of an engine as its user may set it. The default is the adapter's choice for a fair comparison, which need

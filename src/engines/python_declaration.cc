@@ -34,7 +34,8 @@ SettingRole role_of(const std::string& name) {
                                                            {"tolerance", SettingRole::kTolerance},
                                                            {"contact_softness", SettingRole::kContactSoftness},
                                                            {"contact_stiffness", SettingRole::kContactStiffness},
-                                                           {"contact_damping", SettingRole::kContactDamping}};
+                                                           {"contact_damping", SettingRole::kContactDamping},
+                                                           {"contact_rebound", SettingRole::kContactRebound}};
   const auto found = roles.find(name);
   if (found == roles.end()) throw std::runtime_error(fmt::format("there is no role '{}' of settings", name));
   return found->second;

@@ -92,8 +92,8 @@ void check_range(const Setting& setting, Number value) {
   }
 }
 
-constexpr std::array<std::string_view, 6> kRoleNames = {  // by SettingRole
-    "", "iterations", "tolerance", "contact_softness", "contact_stiffness", "contact_damping"};
+constexpr std::array<std::string_view, 7> kRoleNames = {  // by SettingRole
+    "", "iterations", "tolerance", "contact_softness", "contact_stiffness", "contact_damping", "contact_rebound"};
 
 // A compliance that would have no effect is not left out in silence: contenders are compared by it.
 void require_compliance(const std::string& contender, const std::vector<Setting>& declared, const Settings& settings) {

@@ -87,8 +87,8 @@ class Registry {
   std::vector<std::string> environments_;  // of adapters in Python
 };
 
-// How campaigns name a role: "iterations", "tolerance", "contact_softness", "contact_stiffness", "contact_damping"; ""
-// for none.
+// How campaigns name a role: "iterations", "tolerance", "contact_softness", "contact_stiffness", "contact_damping",
+// "contact_rebound"; "" for none.
 std::string setting_role_text(SettingRole role);
 std::vector<std::string> setting_role_names();  // of all but none
 std::optional<SettingRole> parse_setting_role(const std::string& name);

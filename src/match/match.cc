@@ -107,7 +107,7 @@ MeasuredLog part_of(const MeasuredLog& log, size_t from, size_t to, const std::s
 // What a contender's result depends on; the engine's part of the program is in it, the coordinator's is not.
 std::string key_of(const MatchQuestion& question, const std::string& contender) {
   const std::string engine = Registry::instance().resolve(contender).engine->name();
-  std::string text = fmt::format("match 4 {} {} {} {} {} {}\n", question.spec.hash, contender,
+  std::string text = fmt::format("match 5 {} {} {} {} {} {}\n", question.spec.hash, contender,
                                  Registry::instance().plugin_hash(engine), question.timestep_ms, question.budget,
                                  question.config.seed);
   const auto add = [&](const auto& numbers) {

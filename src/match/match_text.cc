@@ -119,7 +119,8 @@ std::string answer_text(const MatchQuestion& question, const MatchAnswer& answer
   if (!good.empty()) text += "; as good: " + join(good, ", ");
   text += fmt::format(". With the values of the model's file: {}", in_words(mean_of(best.logs, &LogResult::untuned)));
   if (best.score.value > best.untuned_score.value) text += ", which is better than the fit";
-  return text + fmt::format(". Noise of the first states alone: {}.", in_words(mean_of(best.logs, &LogResult::floor)));
+  return text + fmt::format(". Noise floor, what noise of the first states alone makes: {}.",
+                            in_words(mean_of(best.logs, &LogResult::floor)));
 }
 
 Json match_json(const MatchQuestion& question, const MatchAnswer& answer) {

@@ -21,7 +21,7 @@ constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
 constexpr std::array<const char*, 6> kMoments = {"xx", "yy", "zz", "xy", "xz", "yz"};
 
 // What a kind of parameter is of.
-enum class Of { kJoint, kBody, kAll, kSetting };
+enum class Of { kJoint, kBody, kAll, kRole, kSetting };  // kRole: settings of the contender with a role
 
 struct Kind {
   const char* name;
@@ -47,7 +47,8 @@ const std::vector<Kind>& kinds() {
       {"drive_stiffness", ChangeKind::kDriveStiffness, Of::kJoint},
       {"drive_damping", ChangeKind::kDriveDamping, Of::kJoint},
       {"friction", ChangeKind::kFriction, Of::kAll},
-      {"softness", ChangeKind::kSet, Of::kAll},
+      {"softness", ChangeKind::kSet, Of::kRole},
+      {"restitution", ChangeKind::kSet, Of::kRole},
       {"set", ChangeKind::kSet, Of::kSetting},
   };
   return all;
@@ -137,7 +138,7 @@ class Chooser {
         parameter.name = wanted.kind->name;
         if (components > 1) parameter.name += fmt::format(".{}", wanted.kind->components[static_cast<size_t>(c)]);
         if (wanted.kind->of != Of::kAll) parameter.name += ":" + element;
-        if (size(parameter, index, wanted.kind->name)) found.push_back(std::move(parameter));
+        if (size(parameter, index)) found.push_back(std::move(parameter));
       }
     };
     switch (wanted.kind->of) {
@@ -145,6 +146,20 @@ class Chooser {
       case Of::kSetting:
         add(wanted.element, -1);
         break;
+      case Of::kRole: {
+        const std::vector<std::string> settings = settings_of(wanted.kind->name);
+        for (const std::string& name : settings) {
+          if (!wanted.element.empty() && wanted.element != name) continue;
+          add(name, -1);
+          // most engines have one
+          if (settings.size() == 1 && !found.empty()) found.back().name = wanted.kind->name;
+        }
+        if (!wanted.element.empty() && std::ranges::find(settings, wanted.element) == settings.end()) {
+          refuse(fmt::format("{} is not a setting of {} for it{}", wanted.element, contender_.name,
+                             did_you_mean(wanted.element, settings)));
+        }
+        break;
+      }
       case Of::kJoint:
         for (size_t j = 0; j < model_.joints.size(); ++j) {
           const std::string& name = model_.joints[j].name;
@@ -180,7 +195,7 @@ class Chooser {
   }
 
   // Unit, nominal value, bounds and step; false where there is no such parameter.
-  bool size(Parameter& p, int index, const std::string& kind) {
+  bool size(Parameter& p, int index) {
     const auto at = static_cast<size_t>(std::max(index, 0));
     const auto joint = [&]() -> const Joint& { return model_.joints[at]; };
     const auto body = [&]() -> const Body& { return model_.bodies[at]; };
@@ -269,29 +284,38 @@ class Chooser {
         return true;
       }
       case ChangeKind::kSet:
-        return size_setting(p, kind == "softness");
+        return size_setting(p);
       default:
         return false;
     }
   }
 
-  bool size_setting(Parameter& p, bool softness) {
+  // Names of the settings by which the contender measures it.
+  std::vector<std::string> settings_of(std::string_view kind) {
+    const bool softness = kind == "softness";
+    const SettingRole role = softness ? SettingRole::kContactSoftness : SettingRole::kContactRebound;
+    std::vector<std::string> names;
+    for (const Setting& each : contender_.engine->settings()) {
+      if (each.role == role) names.push_back(each.name);
+    }
+    if (names.empty()) {
+      refuse(fmt::format("{} has no setting for {}", contender_.name,
+                         softness ? "the softness of contacts" : "what an impact gives back"));
+    }
+    return names;
+  }
+
+  bool size_setting(Parameter& p) {
     const std::vector<Setting> declared = contender_.engine->settings();
     const Setting* setting = nullptr;
-    if (softness) {
-      setting = setting_with_role(declared, SettingRole::kContactSoftness);
-      if (setting == nullptr)
-        return refuse(fmt::format("{} has no setting for the softness of contacts", contender_.name));
-    } else {
-      std::vector<std::string> names;
-      for (const Setting& each : declared) {
-        names.push_back(each.name);
-        if (each.name == p.element) setting = &each;
-      }
-      if (setting == nullptr) {
-        return refuse(
-            fmt::format("{} has no setting '{}'{}", contender_.name, p.element, did_you_mean(p.element, names)));
-      }
+    std::vector<std::string> names;
+    for (const Setting& each : declared) {
+      names.push_back(each.name);
+      if (each.name == p.element) setting = &each;
+    }
+    if (setting == nullptr) {
+      return refuse(
+          fmt::format("{} has no setting '{}'{}", contender_.name, p.element, did_you_mean(p.element, names)));
     }
     const auto* own = std::get_if<double>(&contender_.settings.values.at(setting->name));
     if (own == nullptr)
@@ -343,6 +367,7 @@ std::vector<FitRequest> default_requests(const Model& model, const MotionScales&
   if (!model.contacts.empty()) {
     add("friction");
     add("softness");
+    add("restitution");
     add("ground");
   }
   return requests;

@@ -31,7 +31,9 @@ namespace assay::match {
 //   delay               of torques and targets, s
 //   drive_stiffness, drive_damping   factors
 //   friction            of all contacts, the model's largest coefficient
-//   softness            the setting by which the contender measures it (SettingRole::kContactSoftness)
+//   softness            the setting by which the contender measures it (SettingRole::kContactSoftness); where there are
+//                       several, softness:SETTING
+//   restitution         likewise what an impact gives back (SettingRole::kContactRebound)
 //   set:NAME            any setting of the contender that is a number
 struct Parameter {
   std::string name;

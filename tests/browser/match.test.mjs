@@ -198,7 +198,7 @@ describe("what is missing", () => {
         assert.ok((await text(page, "#answer .alert")).includes(`${last} has not been fitted yet`));
         assert.deepEqual(await page.$$eval("main > *", (nodes) => nodes.map((node) => node.id)), ["answer", "logs", "parameters", "checks", "manifest"]);
         assert.equal((await page.$$(".match-contenders .series")).length, 1);
-        assert.deepEqual(await page.$$eval("#answer thead th", (nodes) => nodes.map((node) => node.textContent)), ["Contender", "Fitted", "Untuned", "Noise of the first state alone"], "there is none to compare with");
+        assert.deepEqual(await page.$$eval("#answer thead th", (nodes) => nodes.map((node) => node.textContent)), ["Contender", "Fitted", "Untuned", "Noise floor"], "there is none to compare with");
       },
     );
   });

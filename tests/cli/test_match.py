@@ -6,9 +6,11 @@ import math
 import os
 import pathlib
 import random
+import subprocess
 import time
+import unittest
 
-from harness import AssayTest, main
+from harness import SOURCE, AssayTest, main
 
 CACHE = os.environ.get("ASSAY_TEST_CACHE", os.path.expanduser("~/.cache/assay"))  # of the machine, not the test's
 
@@ -324,6 +326,51 @@ class Match(AssayTest):
         ]:
             with self.subTest(arguments=arguments):
                 self.refused("match", "pendulum.xml", "--out", "out", *arguments, naming=words)
+
+
+class Optimiser(unittest.TestCase):
+    """What it says of a parameter that the data do not determine, with residuals of a formula in place of an engine."""
+
+    def answer(self, extra, method="least_squares"):
+        pythons = list(pathlib.Path(CACHE, "python").glob("match-*/bin/python"))
+        if not pythons:
+            self.skipTest("the optimiser is not set up: ./assay setup match")
+        logs, samples = 8, 10
+        task = {"names": ["slope", "other"], "start": [0.0, 1.0], "lower": [-5.0, 0.0], "upper": [5.0, 3.0], "zero": [None, None],
+                "size": [None, None], "method": method, "seed": 1, "budget": 300, "starts": 3, "delta": 2.0, "step": 0.02,
+                "information_step": 0.05, "widest": 1.0, "equal": 0.02, "resamples": 200, "blocks": [samples] * logs,
+                "clusters": list(range(logs)), "first_states": False, "observations": 6 * logs}
+        noise = random.Random(3)
+        made = [(noise.uniform(-1, 1), noise.gauss(0, 0.05)) for _ in range(logs * samples)]
+        residuals = lambda x: [(x[0] - 2) * t + e + extra(x[1]) for t, e in made]
+        with subprocess.Popen([pythons[0], SOURCE / "src/match/optimiser.py"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+            say = lambda message: (process.stdin.write(json.dumps(message) + "\n"), process.stdin.flush())
+            say(task)
+            for line in process.stdout:
+                message = json.loads(line)
+                if "done" in message:
+                    return message["done"]
+                found = [residuals(x) for x in message["ask"]]
+                say({"costs": [sum(abs(r) for r in each) / len(each) for each in found]} if message.get("costs") else {"residuals": found})
+        self.fail("the optimiser ended without an answer")
+
+    def test_one_that_nothing_depends_on_is_the_models(self):
+        for method in ("least_squares", "cma"):
+            with self.subTest(method):
+                found = self.answer(lambda other: 0.0, method)
+                self.assertEqual([(c["frozen"], c["as_found"]) for c in found["combinations"]], [("other", False)])
+                self.assertEqual(found["values"][1], 1.0)
+                self.assertAlmostEqual(found["values"][0], 2.0, delta=0.05)
+
+    def test_one_of_which_only_a_bound_is_known_stays_within_it(self):
+        # below 0.3 nothing depends on it, and the model's 1 does not fit
+        for method in ("least_squares", "cma"):
+            with self.subTest(method):
+                found = self.answer(lambda other: 3 * max(0.0, other - 0.3), method)
+                self.assertEqual([(c["frozen"], c["as_found"]) for c in found["combinations"]], [("other", True)])
+                self.assertLess(found["values"][1], 0.35)
+                self.assertIsNone(found["low"][1])
+                self.assertAlmostEqual(found["values"][0], 2.0, delta=0.05)
 
 
 if __name__ == "__main__":

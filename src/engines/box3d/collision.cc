@@ -36,7 +36,8 @@ Collision::Collision(const Model& model, const State& start, const Options& opti
       friction_(shape_friction(model, FrictionRule::kLarger)),
       by_shape_(friction_.gives_all(model)),
       touch_(static_cast<size_t>(shapes_.count) * shapes_.count, false),
-      maker_(box_size(start, options.ground_size), options.ground_thickness) {
+      maker_(box_size(start, options.ground_size), options.ground_thickness),
+      restitution_(options.restitution) {
   if (!by_shape_) pair_friction_.resize(touch_.size(), 0);
   for (const ContactPair& pair : model.contacts) {
     const int a = shapes_.row[pair.shape_a], b = shapes_.row[pair.shape_b];
@@ -91,7 +92,7 @@ void Collision::create_shapes(b3WorldId world, const std::vector<b3BodyId>& bodi
     definition.density = 0;
     definition.updateBodyMass = false;
     definition.baseMaterial.friction = real(friction_.of[s]);
-    definition.baseMaterial.restitution = 0;
+    definition.baseMaterial.restitution = real(restitution_.coefficient);  // Box3D takes the larger of two
     definition.baseMaterial.userMaterialId = std::bit_cast<uint64_t>(&tags_[s]);
     definition.enableCustomFiltering = is_filtered(s);
     any_filtered = any_filtered || definition.enableCustomFiltering;

@@ -52,6 +52,7 @@ class Collision {
   std::vector<float> pair_friction_;  // the same; empty when by_shape_
   std::vector<Tag> tags_;             // by Model::shapes
   ShapeMaker maker_;
+  Restitution restitution_;
 };
 
 }  // namespace assay::box3d

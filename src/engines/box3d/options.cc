@@ -42,6 +42,7 @@ std::vector<Setting> declared_settings() {
   list.add("ground_thickness", 10.0, "m", "height of that box", {}, 1e-3, 1e5);
   std::vector<Setting> settings = list.take();
   settings.push_back(lent_share_setting());
+  add_restitution(settings, "Box3D's own default is 1");
   give_role(settings, "sub_steps", SettingRole::kIterations);
   give_role(settings, "contact_hertz", SettingRole::kContactSoftness);
   return settings;
@@ -64,6 +65,7 @@ Options read_options(const Settings& settings) {
   options.ground_size = number("ground_size");
   options.ground_thickness = number("ground_thickness");
   options.lent_share = number("lent_share");
+  options.restitution = restitution(settings);
   return options;
 }
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "engines/engine.h"
+#include "engines/adapter.h"
 #include "model/massless.h"
 
 namespace assay::box3d {
@@ -24,6 +24,7 @@ struct Options {
   bool warm_start = true, contact_recycling = false, continuous = false;
   double ground_size = 100, ground_thickness = 10;
   double lent_share = kLentShare;
+  Restitution restitution;
 };
 
 std::vector<Setting> declared_settings();

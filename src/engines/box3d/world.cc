@@ -72,6 +72,7 @@ b3WorldDef Box3dSimulation::world_definition() const {
   definition.contactHertz = real(options_.contact_hertz);
   definition.contactDampingRatio = real(options_.contact_damping_ratio);
   definition.contactSpeed = real(options_.contact_speed);
+  definition.restitutionThreshold = real(options_.restitution.threshold);
   definition.maximumLinearSpeed = 1e9f;  // Box3D squares it
   definition.enableSleep = false;
   definition.enableContinuous = options_.continuous;

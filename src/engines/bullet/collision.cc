@@ -63,8 +63,9 @@ bool is_identity(const Pose& X, double length) {
 
 }  // namespace
 
-Collision::Collision(const Model& model, bool turning_friction, const ContactCompliance& compliance)
-    : turning_friction_(turning_friction), compliance_(compliance) {
+Collision::Collision(const Model& model, bool turning_friction, const ContactCompliance& compliance,
+                     const Restitution& restitution)
+    : turning_friction_(turning_friction), compliance_(compliance), restitution_(restitution) {
   // rows: the shapes that can touch something
   ContactShapes shapes = contact_shapes(model);
   row_of_shape_ = std::move(shapes.row);
@@ -186,7 +187,9 @@ void Collision::make_tables(const Model& model) {
 void Collision::mark(btCollisionObject& object, int number) const {
   object.setUserPointer(const_cast<Collision*>(this));
   object.setUserIndex(number);
-  object.setRestitution(0);
+  object.setRestitution(real(restitution_.of_material()));  // Bullet multiplies the two
+  // of contacts at a distance Bullet first closes the gap, and gives back of the speed that is left then
+  if (restitution_.coefficient > 0) object.setContactProcessingThreshold(0);
   // Bullet puts the springs of two objects in a row, and their dampers side by side
   if (compliance_.is_set()) {
     object.setContactStiffnessAndDamping(real(2 * compliance_.stiffness), real(compliance_.damping / 2));

@@ -26,7 +26,8 @@ class Collision : public btOverlapFilterCallback {
  public:
   // `turning_friction`: whether pairs have their torsional and rolling friction, else they have none. `compliance` in
   // the unit of mass of the simulation.
-  Collision(const Model& model, bool turning_friction, const ContactCompliance& compliance);
+  Collision(const Model& model, bool turning_friction, const ContactCompliance& compliance,
+            const Restitution& restitution);
 
   const BodyFrame& frame(int body) const { return frames_[body]; }
 
@@ -82,6 +83,7 @@ class Collision : public btOverlapFilterCallback {
 
   bool turning_friction_;
   ContactCompliance compliance_;
+  Restitution restitution_;
   std::vector<BodyFrame> frames_;
   std::vector<int> row_of_shape_;  // by Model::shapes; -1: touches nothing
   std::vector<int> shape_of_row_;  // back from it

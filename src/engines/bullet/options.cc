@@ -57,6 +57,7 @@ std::vector<Setting> declared_settings() {
   std::vector<Setting> settings = list.take();
   settings.push_back(lent_share_setting());
   add_contact_compliance(settings, "contact_erp, cfm and split_impulse", {{"solver", "si"}});
+  add_restitution(settings, "Bullet's own default is 0.2");
   give_role(settings, "iterations", SettingRole::kIterations, {{"solver", "si"}});
   give_role(settings, "residual_threshold", SettingRole::kTolerance, {{"solver", "si"}});
   give_role(settings, "contact_erp", SettingRole::kContactSoftness);
@@ -89,6 +90,7 @@ Options read_options(const Settings& settings) {
   options.randomize_order = settings.get<bool>("randomize_order");
   options.solver_batch = integer(settings, "solver_batch");
   options.lent_share = settings.get<double>("lent_share");
+  options.restitution = restitution(settings);
   options.compliance = contact_compliance(settings);
   if (options.compliance.is_set()) options.split_impulse = false;
   return options;

@@ -39,6 +39,7 @@ struct Options {
   int solver_batch = 128;
   double lent_share = kLentShare;
   ContactCompliance compliance;
+  Restitution restitution;
   double mass_unit = 1;  // what Bullet's numbers of mass count, 1/kg; not a setting: see make_rigid()
 
   // Whether contacts have torsional and rolling friction: Bullet solves both where it has a circular cone.

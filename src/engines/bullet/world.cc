@@ -32,6 +32,7 @@ void configure(btContactSolverInfo& info, const Options& options) {
   info.m_linearSlop = options.linear_slop;
   info.m_warmstartingFactor = options.warmstarting;
   info.m_restitution = 0;
+  info.m_restitutionVelocityThreshold = real(options.restitution.threshold);
   info.m_maxGyroscopicForce = SIMD_INFINITY;
   info.m_minimumSolverBatchSize = options.solver_batch;
   const auto flag = [&info](int bit, bool on) {
@@ -61,7 +62,8 @@ BulletSimulation::BulletSimulation(const Model& model, const State& state, const
       options_(options),
       start_(with_joint_coordinates(model, state)),
       collision_(model, options.turns_resist(),
-                 {options.mass_unit * options.compliance.stiffness, options.mass_unit * options.compliance.damping}),
+                 {options.mass_unit * options.compliance.stiffness, options.mass_unit * options.compliance.damping},
+                 options.restitution),
       last_(start_),
       springs_(has_explicit_springs(model) || rows_.any()),
       ball_torques_(model.balls.size(), Vec3::Zero()),

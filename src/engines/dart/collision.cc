@@ -142,7 +142,7 @@ int PairFilter::shape_of(const dart::collision::CollisionObject* object) const {
 }
 
 std::shared_ptr<PairFilter> add_shapes(const Model& model, const std::vector<dart::dynamics::BodyNode*>& bodies,
-                                       dart::dynamics::BodyNode* world) {
+                                       dart::dynamics::BodyNode* world, const Restitution& restitution) {
   const std::vector<Part> parts = parts_of(model);
   std::unordered_map<const dart::dynamics::ShapeFrame*, int> number;
   std::vector<std::vector<int>> parts_of_shape(model.shapes.size());
@@ -154,7 +154,7 @@ std::shared_ptr<PairFilter> add_shapes(const Model& model, const std::vector<dar
             make_shape(model, shape));
     node->setRelativeTransform(isometry(shape.type == ShapeType::kHeightField ? shape.X_BS * kFieldTurn : shape.X_BS));
     node->getDynamicsAspect()->setFrictionCoeff(parts[i].friction);
-    node->getDynamicsAspect()->setRestitutionCoeff(0);
+    node->getDynamicsAspect()->setRestitutionCoeff(restitution.of_material());  // DART multiplies the two
     number[node] = static_cast<int>(i);
     parts_of_shape[parts[i].shape].push_back(static_cast<int>(i));
   }

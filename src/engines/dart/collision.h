@@ -8,6 +8,7 @@
 #include <dart/collision/CollisionFilter.hpp>
 #include <dart/dynamics/BodyNode.hpp>
 
+#include "engines/adapter.h"
 #include "model/model.h"
 
 namespace assay::dartsim {
@@ -35,6 +36,6 @@ class PairFilter final : public dart::collision::CollisionFilter {
 
 // Gives the shapes that are in a contact pair to their bodies (`world` for static ones) and returns the filter.
 std::shared_ptr<PairFilter> add_shapes(const Model& model, const std::vector<dart::dynamics::BodyNode*>& bodies,
-                                       dart::dynamics::BodyNode* world);
+                                       dart::dynamics::BodyNode* world, const Restitution& restitution);
 
 }  // namespace assay::dartsim

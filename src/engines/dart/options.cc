@@ -60,6 +60,7 @@ std::vector<Setting> declared_settings() {
        "step's start",
        {"native", "explicit"}},
   };
+  add_restitution(settings, "");
   give_role(settings, "pgs_iterations", SettingRole::kIterations, {{"lcp", "pgs"}});
   give_role(settings, "pgs_tolerance", SettingRole::kTolerance, {{"lcp", "pgs"}});
   give_role(settings, "contact_erp", SettingRole::kContactSoftness);
@@ -77,6 +78,7 @@ Options read_options(const Settings& s) {
           .limit_cfm = s.get<double>("limit_cfm"),
           .limit_max_correcting_velocity = s.get<double>("limit_max_correcting_velocity"),
           .along_slip = is(s, "friction_direction", "slip"),
+          .restitution = restitution(s),
           .native_pd = is(s, "pd", "native")};
 }
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "engines/engine.h"
+#include "engines/adapter.h"
 
 namespace assay::dartsim {
 
@@ -18,6 +18,7 @@ struct Options {
   double contact_cfm = 1e-5, limit_cfm = 1e-9;
   double limit_max_correcting_velocity = 0;  // rad/s, m/s; 0: none
   bool along_slip = true;
+  Restitution restitution = {};
   bool native_pd = true;
 };
 

@@ -331,7 +331,7 @@ void DartSimulation::make_contacts() {
   const auto ground = dart::dynamics::Skeleton::create("world");
   BodyNode* world = ground->createJointAndBodyNodePair<dart::dynamics::WeldJoint>().second;
   ground->setMobile(false);
-  auto filter = add_shapes(model_, bodies_, world);
+  auto filter = add_shapes(model_, bodies_, world, options_.restitution);
   if (world->getNumShapeNodes() > 0) trees_.push_back(ground);
   dart::collision::CollisionOption& option = world_->getConstraintSolver()->getCollisionOption();
   filter_ = filter;

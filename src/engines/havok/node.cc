@@ -97,7 +97,10 @@ class Node {
     }
     Message hello(Command::kHello);
     std::string names;
-    for (const char* name : kFunctionNames) names += (names.empty() ? "" : "\n") + std::string(name);
+    for (const char* name : kFunctionNames) {
+      if (!names.empty()) names += '\n';
+      names += name;
+    }
     hello.add_bytes(names.data(), names.size());
     try {
       const std::vector<char>& reply = ask(hello);

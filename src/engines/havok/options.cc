@@ -7,7 +7,7 @@
 namespace assay::havok_adapter {
 
 std::vector<Setting> declared_settings() {
-  return {
+  std::vector<Setting> settings = {
       {"pd",
        "explicit",
        "",
@@ -42,6 +42,8 @@ std::vector<Setting> declared_settings() {
        1e5},
       {"ground_thickness", 10.0, "m", "thickness of that box", {}, 0.1, 1e4},
   };
+  add_restitution(settings, "");
+  return settings;
 }
 
 Options read_options(const Settings& s) {
@@ -51,6 +53,7 @@ Options read_options(const Settings& s) {
           .max_speed = s.get<double>("max_speed"),
           .max_angular_speed = s.get<double>("max_angular_speed"),
           .lent_share = s.get<double>("lent_share"),
+          .restitution = restitution(s),
           .ground_size = s.get<double>("ground_size"),
           .ground_thickness = s.get<double>("ground_thickness")};
 }

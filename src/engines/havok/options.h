@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "engines/engine.h"
+#include "engines/adapter.h"
 #include "model/massless.h"
 
 namespace assay::havok_adapter {
@@ -15,6 +15,7 @@ struct Options {
   double ideal_step_time = 0;                       // s
   double max_speed = 1e6, max_angular_speed = 1e6;  // m/s, rad/s
   double lent_share = kLentShare;
+  Restitution restitution = {};
   double ground_size = 1000, ground_thickness = 10;  // m
 };
 

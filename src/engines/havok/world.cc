@@ -189,7 +189,7 @@ class HavokSimulation final : public Simulation {
       const Id id = create_shape(shape);
       module_->call(Function::kShape_SetFilterInfo, {id, in(filters.of[s])});
       const float mu = f32(friction->of[s]);
-      const havok::Material material{mu, mu, 0, friction->rule, havok::kMaximum};
+      const havok::Material material{mu, mu, f32(options_.restitution.coefficient), friction->rule, havok::kMaximum};
       module_->call(Function::kShape_SetMaterial, {id, in(material)});
       if (shape.body == kWorld) {
         const bool placed = shape.type == ShapeType::kPlane || shape.type == ShapeType::kHeightField;

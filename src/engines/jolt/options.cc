@@ -71,6 +71,7 @@ std::vector<Setting> declared_settings() {
       lent_share_setting(),
       {"gyroscopic", true, "", "gyroscopic torque (Jolt's own default is off); off is wrong for asymmetric bodies"},
   };
+  add_restitution(settings, "Jolt's own default is 1");
   give_role(settings, "velocity_steps", SettingRole::kIterations);
   give_role(settings, "baumgarte", SettingRole::kContactSoftness);
   return settings;
@@ -88,6 +89,8 @@ Options read_options(const Settings& settings) {
   options.world.speculative_distance = settings.get<double>("speculative_distance");
   options.world.max_correction = settings.get<double>("max_correction");
   options.world.plane_half_extent = kPlaneHalfExtent;
+  options.world.restitution = restitution(settings).coefficient;
+  options.world.restitution_speed = restitution(settings).threshold;
   options.world.warm_start = flag("warm_start");
   options.world.pair_cache = flag("pair_cache");
   options.world.gyroscopic = flag("gyroscopic");

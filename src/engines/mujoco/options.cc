@@ -170,6 +170,7 @@ std::vector<Setting> declared_settings() {
   give_role(settings, "iterations", SettingRole::kIterations);
   give_role(settings, "tolerance", SettingRole::kTolerance);
   give_role(settings, "contact_timeconst", SettingRole::kContactSoftness);
+  give_role(settings, "contact_dampratio", SettingRole::kContactRebound);
   return settings;
 }
 

@@ -103,6 +103,9 @@ void Collision::create_shapes(const Model& model, const std::vector<dxBody*>& bo
     if (along_slip_) contact.surface.mode |= dContactFDir1;
     contact.surface.soft_erp = options.contact_erp;
     contact.surface.soft_cfm = options.contact_cfm;
+    if (options.restitution.coefficient > 0) contact.surface.mode |= dContactBounce;
+    contact.surface.bounce = options.restitution.coefficient;
+    contact.surface.bounce_vel = options.restitution.threshold;
   }
 }
 

@@ -92,6 +92,7 @@ std::vector<Setting> declared_settings() {
       {"gyroscopic", true, "", "gyroscopic torque, which ODE computes implicitly; off is wrong for asymmetric bodies"},
   };
   add_contact_compliance(settings, "contact_erp, contact_cfm and their cap");
+  add_restitution(settings, "ODE's own default is 0");
   give_role(settings, "iterations", SettingRole::kIterations, {{"solver", "quick"}});
   give_role(settings, "contact_erp", SettingRole::kContactSoftness);
   return settings;
@@ -120,6 +121,7 @@ Options read_options(const Settings& s) {
           .broadphase = s.get<std::string>("broadphase"),
           .lent_share = share > 0 ? share : own_share,
           .compliance = compliance,
+          .restitution = restitution(s),
           .ignore_lcp_failures = s.get<bool>("ignore_lcp_failures"),
           .finite_rotation = s.get<bool>("finite_rotation"),
           .gyroscopic = s.get<bool>("gyroscopic")};

@@ -30,6 +30,7 @@ struct Options {
   std::string broadphase = "sap";
   double lent_share = kLentShare;
   ContactCompliance compliance = {};
+  Restitution restitution = {};
   bool ignore_lcp_failures = false, finite_rotation = false, gyroscopic = true;
 };
 

@@ -87,10 +87,10 @@ int Collision::copy(int row, const ContactPair& pair) {
   return static_cast<int>(shape_of_row_.size()) - 1;
 }
 
-void Collision::make_materials(const Model& model, [[maybe_unused]] const Options& options) {
+void Collision::make_materials(const Model& model, const Options& options) {
   for (size_t row = 0; row < rows_ && !model.contacts.empty(); ++row) {
     const float mu = real(material_of_row_[row]);
-    PxMaterial* material = sdk().createMaterial(mu, mu, 0);
+    PxMaterial* material = sdk().createMaterial(mu, mu, real(options.restitution.coefficient));
     if (material == nullptr) throw EngineError("PhysX made no material: " + take_complaint());
     material->setFrictionCombineMode(PxCombineMode::eMAX);
 #if PX_PHYSICS_VERSION_MAJOR == 5 && PX_PHYSICS_VERSION_MINOR < 6  // later ones always have improved patches

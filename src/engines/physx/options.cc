@@ -50,6 +50,7 @@ std::vector<Setting> declared_settings() {
   settings.push_back(lent_share_setting());
   settings.back().default_value = kDefaultLentShare;
   if (kContactDamping) add_contact_compliance(settings, "contacts that do not give way", {{"solver", "pgs"}});
+  add_restitution(settings, "PhysX's own default is 2");
   give_role(settings, "position_iterations", SettingRole::kIterations);
   give_role(settings, "link_cfm", SettingRole::kContactSoftness, {{"joints", "articulation"}});
   return settings;
@@ -74,6 +75,7 @@ Options read_options(const Settings& settings) {
   options.contact_offset = settings.get<double>("contact_offset");
   options.link_cfm = settings.get<double>("link_cfm");
   if (kContactDamping) options.compliance = contact_compliance(settings);
+  options.restitution = restitution(settings);
   options.lent_share = settings.get<double>(options.joints == Joints::kArticulation ? "link_share" : "lent_share");
   return options;
 }

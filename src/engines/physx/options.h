@@ -29,6 +29,7 @@ struct Options {
   double link_cfm = 0;
   double lent_share = kDefaultLentShare;
   ContactCompliance compliance;
+  Restitution restitution;
 };
 
 std::vector<Setting> declared_settings();

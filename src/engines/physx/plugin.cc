@@ -85,6 +85,10 @@ void describe_plugin(Capabilities& c, const Options& options) {
   if (options.tgs) {
     // findings/physx/tgs_spin_gain.cc
     c.other = "what turns freely gains 6e-7 of its spin a step" + (c.other.empty() ? "" : "; " + c.other);
+  } else {
+    c.deviations.push_back({"restitution", 0.25,
+                            "where a contact is found before its gap is closed, the body first slows down to close it "
+                            "and gets back a part of what is left (findings/physx/pgs_restitution.cc)"});
   }
   add_approximated(
       c, Feature::kCylinder,

@@ -54,6 +54,7 @@ void PhysxSimulation::make_scene() {
   description.frictionType = friction_type(options_.friction);
   description.frictionOffsetThreshold *= real(collision_.size());
   description.frictionCorrelationDistance *= real(collision_.size());
+  description.bounceThresholdVelocity = real(options_.restitution.threshold);
   description.filterShader = &Collision::filter;
   if (!collision_.table().empty()) {
     description.filterShaderData = collision_.table().data();

@@ -68,8 +68,10 @@ std::vector<Setting> declared_settings() {
            kLargestLentShare);
   std::vector<Setting> settings = list.take();
   settings.push_back(lent_share_setting());
+  add_restitution(settings, "");
   give_role(settings, "solver_iterations", SettingRole::kIterations);
   give_role(settings, "contact_natural_frequency", SettingRole::kContactSoftness);
+  give_role(settings, "static_contact_natural_frequency", SettingRole::kContactSoftness);
   return settings;
 }
 
@@ -95,6 +97,7 @@ Options read_options(const Settings& settings) {
   world.joint_damping_ratio = number("joint_damping_ratio");
   world.max_corrective_speed = number("max_corrective_speed");
   world.prediction_distance = number("prediction_distance");
+  world.restitution = restitution(settings).coefficient;
   world.warmstart = number("warmstart");
   world.warmstart_joints = flag("warmstart_joints");
   world.contact_recycling = flag("contact_recycling");

@@ -14,7 +14,7 @@ const kMostNamed = 5; // odd logs with a name in the plot
 const kLeast = 1e-4; // of an error that is drawn
 
 // Of a perfect model that starts from a measured state.
-export const kNoise = "error from noise of the first state alone";
+export const kNoise = "noise floor";
 
 // What an error is called, and its unit.
 export const kFigures: Record<string, [title: string, unit: string]> = {
@@ -92,7 +92,7 @@ export function contenderErrors(match: Match, palette: Palette): HTMLElement {
     el("li", {}, circle(true), "untuned: as the model's file says"),
     el("li", {}, circle(false), "fitted to other logs"),
     el("li", {}, sign(svg("path", { class: "whisker match-interval", style: "--line:var(--soft)", d: "M3,2v10M3,7H19M19,2v10" })), "95 % interval over logs"),
-    el("li", {}, sign(svg("line", { class: "match-floor", x1: 11, x2: 11, y1: 1, y2: 13 })), `${kNoise}: no lower bound, for a fit to noisy logs can do better on them`),
+    el("li", {}, sign(svg("line", { class: "match-floor", x1: 11, x2: 11, y1: 1, y2: 13 })), `${kNoise}: the error that noise of the first state alone makes; no lower bound, for a fit to noisy logs can do better on them`),
   );
   const rows = () => [["contender", "fitted", "low", "high", "untuned", "floor"], ...all.map((one) => [one.contender, one.score!.value, one.score!.low, one.score!.high, one.untuned_score!.value, one.floor_score ?? null])];
   return el("figure", { class: "panel" }, el("figcaption", {}, downloads(() => `${match.model}-errors`, canvas, rows), el("h3", {}, "Errors on logs that the fits did not see")), canvas, key);

@@ -37,7 +37,7 @@ export function ranking(match: Match, palette: Palette): HTMLElement {
   const several = match.contenders.length > 1;
   const isWorse = (one: MatchedContender) => one.score !== undefined && one.score.value > one.untuned_score!.value;
   const noted = match.contenders.some(isWorse);
-  const titles = ["Contender", "Fitted", "Untuned", "Noise of the first state alone", ...(several ? ["Against the best (95 %)"] : []), ...(noted ? ["Note"] : [])];
+  const titles = ["Contender", "Fitted", "Untuned", "Noise floor", ...(several ? ["Against the best (95 %)"] : []), ...(noted ? ["Note"] : [])];
   const rest = String(titles.length - 1);
   const rows = match.contenders.map((one) =>
     one.failure

@@ -504,6 +504,7 @@ struct jolt_world {
     physics.mUseLargeIslandSplitter = false;  // parallel batches; there is one thread
     physics.mDeterministicSimulation = true;
     physics.mAllowSleeping = false;
+    physics.mMinVelocityForRestitution = real(settings.restitution_speed);
     system.SetPhysicsSettings(physics);
     system.SetGravity(vec(settings.gravity));
     system.SetCombineFriction(&Contacts::friction);
@@ -563,6 +564,7 @@ struct jolt_world {
     made.mMaxLinearVelocity = made.mMaxAngularVelocity = kNoSpeedLimit;
     made.mApplyGyroscopicForce = settings.gyroscopic != 0;
     made.mAllowSleeping = false;
+    made.mRestitution = real(settings.restitution);
     // a joint manifold of several shapes has one friction
     made.mUseManifoldReduction = !(several && contacts.friction_by_pair());
     made.mOverrideMassProperties = JPH::EOverrideMassProperties::MassAndInertiaProvided;
@@ -586,6 +588,7 @@ struct jolt_world {
     JPH::BodyCreationSettings made(part.GetPtr(), point(shape.p), quat(shape.q).Normalized(), JPH::EMotionType::Static,
                                    contacts.layer(row));
     made.mUserData = reinterpret_cast<uintptr_t>(&contacts);
+    made.mRestitution = real(settings.restitution);
     // of the two bodies of a contact either may ask for it
     made.mEnhancedInternalEdgeRemoval = shape.type == JOLT_MESH && settings.inner_edges == 0;
     JPH::BodyInterface& interface = system.GetBodyInterfaceNoLock();

@@ -29,6 +29,8 @@ typedef struct jolt_settings {
   double speculative_distance; /* m */
   double max_correction;       /* m, of one position iteration */
   double plane_half_extent;    /* m, beyond which a plane is not felt */
+  double restitution;          /* of every contact; of two bodies Jolt takes the larger one */
+  double restitution_speed;    /* m/s, slower impacts give nothing back */
   int32_t velocity_steps, position_steps, collision_steps;
   int32_t warm_start, pair_cache, gyroscopic;
   int32_t slow_turns;  /* keep turns of at most 1e-6 rad a step, which Jolt drops */

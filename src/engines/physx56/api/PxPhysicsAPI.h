@@ -835,6 +835,7 @@ struct PxSceneDesc {
   PxSolverType::Enum solverType = PxSolverType::ePGS;
   PxFrictionType::Enum frictionType = PxFrictionType::ePATCH;
   float frictionOffsetThreshold, frictionCorrelationDistance;
+  float bounceThresholdVelocity = 0.2F * scale.speed;
   PxSimulationFilterShader filterShader = nullptr;
   const void* filterShaderData = nullptr;
   PxU32 filterShaderDataSize = 0;
@@ -922,6 +923,7 @@ class PxScene {
     call(PHYSX56_EXPORT(PxSceneDesc_set_frictionType_1), desc, description.frictionType);
     call(PHYSX56_EXPORT(PxSceneDesc_set_frictionOffsetThreshold_1), desc, description.frictionOffsetThreshold);
     call(PHYSX56_EXPORT(PxSceneDesc_set_frictionCorrelationDistance_1), desc, description.frictionCorrelationDistance);
+    call(PHYSX56_EXPORT(PxSceneDesc_set_bounceThresholdVelocity_1), desc, description.bounceThresholdVelocity);
     call(PHYSX56_EXPORT(PxSceneDesc_set_flags_1), desc,
          physx56::module().in(description.flags.bits(), physx56::kResultSlot));
     call(PHYSX56_EXPORT(PxTopLevelFunctions_setupPassThroughFilterShader_2), desc, callbacks->filter_object());

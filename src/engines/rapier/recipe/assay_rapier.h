@@ -24,6 +24,7 @@ typedef struct RapierOptions {
   double joint_frequency, joint_damping_ratio;
   double max_corrective_speed; /* m/s */
   double prediction_distance;  /* m */
+  double restitution;          /* of every contact */
   double warmstart;            /* of contacts, 0 to 1 */
   int warmstart_joints;
   int contact_recycling;

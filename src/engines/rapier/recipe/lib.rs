@@ -26,6 +26,7 @@ pub struct Options {
     joint_damping_ratio: f64,
     max_corrective_speed: f64,
     prediction_distance: f64,
+    restitution: f64,
     warmstart: f64,
     warmstart_joints: c_int,
     contact_recycling: c_int,

@@ -377,7 +377,7 @@ impl World {
             .density(0.0)
             .friction(shape.friction as Real)
             .friction_combine_rule(CoefficientCombineRule::Max)
-            .restitution(0.0)
+            .restitution(self.options.restitution as Real)
             .collision_groups(groups)
             .active_hooks(hooks)
             .user_data(self.physics.colliders.len() as u128);
