@@ -324,8 +324,12 @@ Verdict restitution(const Subject& subject) {
   }
   Checks checks("");
   for (const double coefficient : {0.5, 0.9}) {
+    const auto elastic = subject.with_restitution(coefficient);
+    if (!elastic) {
+      checks.add(1, 0, "it takes no restitution, though it declares one");
+      return checks.worst();
+    }
     for (const double timestep : {kStep, kStep / 4}) {
-      const auto elastic = subject.with_restitution(coefficient);
       const State end = Subject(*elastic).run(model, start, timestep, 0.1);
       const auto say = [&](const char* what, double found) {
         checks.add_at(timestep, std::abs(found / coefficient - 1), 0.02,

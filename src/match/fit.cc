@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 #include <map>
+#include <numbers>
 
 #include <Eigen/SVD>
 #include <fmt/format.h>
@@ -193,7 +194,7 @@ Fit fit(Evaluator& evaluator, const Model& model, const Windows& windows, const 
     // numbers that are positive are measured by themselves
     const bool positive = !parameter.log && parameter.lower == 0;
     task["zero"].push_back(positive ? json(parameter.coordinate(0)) : json());
-    task["size"].push_back(parameter.log ? json(std::log(2) / parameter.step) : json());
+    task["size"].push_back(parameter.log ? json(std::numbers::ln2 / parameter.step) : json());
   }
   // windows of one log belong together; of few logs each window stands for itself
   std::map<size_t, size_t> logs;
