@@ -1251,7 +1251,7 @@ def soft_or_hard(runs):
     assert time["status"] == "fitted" and time["model"] == 0.02
     return (f"`{soft.name}`, whose contacts are springs, is off by {soft.mean('held_out', 'position_percent'):.1f} % and {soft.mean('held_out', 'rotation_deg'):.1f}°. The best"
             f" engine with rigid contacts, `{hard.name}`, is off by {hard.mean('held_out', 'position_percent'):.1f} % and {hard.mean('held_out', 'rotation_deg'):.1f}°: {low:.1f} to"
-            f" {high:.1f} more in the mean of both numbers (95 %, on the same tosses).")
+            f" {high:.1f} more in the mean of both numbers (95 %, on the same tosses){', so neither is nearer beyond doubt' if low <= 0 else ''}.")
 
 
 @sentence(REALITY)
