@@ -28,6 +28,8 @@ struct Kind {
   ChangeKind change;
   Of of;
   std::span<const char* const> components = {};
+  SettingRole role = SettingRole::kNone;
+  const char* measured = "";  // what settings with the role are for
 };
 
 const std::vector<Kind>& kinds() {
@@ -47,8 +49,8 @@ const std::vector<Kind>& kinds() {
       {"drive_stiffness", ChangeKind::kDriveStiffness, Of::kJoint},
       {"drive_damping", ChangeKind::kDriveDamping, Of::kJoint},
       {"friction", ChangeKind::kFriction, Of::kAll},
-      {"softness", ChangeKind::kSet, Of::kRole},
-      {"restitution", ChangeKind::kSet, Of::kRole},
+      {"softness", ChangeKind::kSet, Of::kRole, {}, SettingRole::kContactSoftness, "the softness of contacts"},
+      {"restitution", ChangeKind::kSet, Of::kRole, {}, SettingRole::kContactRebound, "what an impact gives back"},
       {"set", ChangeKind::kSet, Of::kSetting},
   };
   return all;
@@ -147,7 +149,7 @@ class Chooser {
         add(wanted.element, -1);
         break;
       case Of::kRole: {
-        const std::vector<std::string> settings = settings_of(wanted.kind->name);
+        const std::vector<std::string> settings = settings_of(*wanted.kind);
         for (const std::string& name : settings) {
           if (!wanted.element.empty() && wanted.element != name) continue;
           add(name, -1);
@@ -290,18 +292,13 @@ class Chooser {
     }
   }
 
-  // Names of the settings by which the contender measures it.
-  std::vector<std::string> settings_of(std::string_view kind) {
-    const bool softness = kind == "softness";
-    const SettingRole role = softness ? SettingRole::kContactSoftness : SettingRole::kContactRebound;
+  // Names of the contender's settings with the kind's role.
+  std::vector<std::string> settings_of(const Kind& kind) {
     std::vector<std::string> names;
     for (const Setting& each : contender_.engine->settings()) {
-      if (each.role == role) names.push_back(each.name);
+      if (each.role == kind.role) names.push_back(each.name);
     }
-    if (names.empty()) {
-      refuse(fmt::format("{} has no setting for {}", contender_.name,
-                         softness ? "the softness of contacts" : "what an impact gives back"));
-    }
+    if (names.empty()) refuse(fmt::format("{} has no setting for {}", contender_.name, kind.measured));
     return names;
   }
 

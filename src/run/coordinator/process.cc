@@ -293,13 +293,13 @@ std::string WorkerProcess::end() {
 
 std::string WorkerProcess::finish() {
   if (guard_ < 0) return "";
-  // It may be about to end by itself: its socket is closed before its exit status is there.
-  constexpr double kPatience = 1, kMostPatience = 10;  // s
+  // It may be about to end by itself: its socket is closed before its exit status is there, on a busy machine seconds before.
+  constexpr double kPatience = 10;  // s
   const bool was_gone = gone();
   const bool by_us = !was_gone || !readable_within(status_, kPatience);
   if (by_us) {
     ::kill(guard_, SIGTERM);  // it ends the worker and all that the worker has started
-    if (!readable_within(status_, kMostPatience)) ::kill(-guard_, SIGKILL);
+    if (!readable_within(status_, kPatience)) ::kill(-guard_, SIGKILL);
   }
   int status = 0;
   const bool told = read_all(status_, &status, sizeof status);
