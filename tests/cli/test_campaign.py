@@ -518,6 +518,26 @@ class Interrupted(CampaignTest):
         reliability("SIGINT and SIGHUP of workers at random moments", ended, "measured by other workers; the same values",
                     "the time of these workers")
 
+    def test_a_guard_that_is_late_to_say_how_its_worker_ended(self):
+        self.run_tiny("clean")
+        process = self.start_assay("run", "tiny.toml", "--out", "results")
+        workers = []
+        while not workers:
+            self.assertIsNone(process.poll(), "it has ended before a worker was seen")
+            time.sleep(0.05)
+            workers = self.workers_of(process.pid)
+        stat = pathlib.Path(f"/proc/{workers[0]}/stat").read_text()
+        guard = int(stat.rpartition(")")[2].split()[1])
+        os.kill(guard, signal.SIGSTOP)
+        try:
+            os.kill(workers[0], signal.SIGKILL)
+            time.sleep(3)  # a busy machine's
+        finally:
+            os.kill(guard, signal.SIGCONT)
+        err = process.communicate()[1]
+        self.assertEqual(process.returncode, 0, err)
+        self.assertEqual(self.table(), self.table("clean"))
+
     def test_one_writer_at_a_time(self):
         first = self.start_assay("run", "tiny.toml", "--out", "results")
         while not (self.dir / "results/assay.sqlite").exists():
