@@ -14,6 +14,7 @@ import functools
 import json
 import math
 import pathlib
+import random
 import re
 import sqlite3
 import statistics
@@ -1266,6 +1267,38 @@ def cube_by_timestep(runs):
     best = reality.ranked(measured_motion("tosses"))[0]
     by = {each["timestep_ms"]: each["held_out"]["position_percent"] for each in best.found["timesteps"]}
     return f"The same fit at 8 ms is off by {by[8]:.1f} % in place of {by[1]:.1f}."
+
+
+def signed(value):
+    return re.sub(r"^[+-](?=0\.0$)", "", f"{value:+.1f}")
+
+
+def rank_correlation(values, others):
+    """Spearman's, and the size that chance alone exceeds in 5 % of shuffles."""
+    def ranks(of):
+        order = sorted(of)
+        return [(order.index(each) + len(order) - 1 - order[::-1].index(each)) / 2 for each in of]
+    ours, theirs = ranks(values), ranks(others)
+    draw = random.Random(1)
+    chance = sorted(abs(statistics.correlation(ours, draw.sample(theirs, len(theirs)))) for _ in range(4000))
+    return statistics.correlation(ours, theirs), chance[int(0.95 * len(chance))]
+
+
+@sentence(REALITY)
+def what_other_measures_predict(runs):
+    """A better engine by the other measure has the smaller error on the real cube: positive."""
+    order = reality.ranked(measured_motion("tosses"))
+    systems = [system for of in contact_tables.TABLES.values() for system in of]
+    truths = {each: -sum(error is not None and error <= MM for error in (runs.contacts.value(system, each.name, 1, "truth_error_max") for system in systems))
+              for each in order if each.name in runs.contacts.contenders}
+    own = {each: value for each in order if (value := runs.full.value("humanoid", each.name, 1, "consistency")) is not None}
+    texts = []
+    for others in (truths, own):
+        found, chance = rank_correlation([each.mean("held_out") for each in others], list(others.values()))
+        assert abs(found) < chance, (found, chance)
+        texts.append(f"{signed(found)} over {COUNTS[len(others)]} contenders, of chance alone up to {chance:.1f}")
+    return (f"Neither the number of [contact systems](lab/contact-truth.md) within 1 mm at 1 ms tells which engine is near the real cube (rank correlation {texts[0]}), nor"
+            f" [self-consistency](lab/self-consistency.md) on the falling humanoid ({texts[1]}).")
 
 
 def known_truths(chains):

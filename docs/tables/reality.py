@@ -137,6 +137,25 @@ def figures_text(of):
     return f"{of['joints_deg']:.2f}°" if "joints_deg" in of else f"{of['position_percent']:.1f} %, {of['rotation_deg']:.1f}°"
 
 
+def ablations(folder, found):
+    """{what was not fitted: (the contender with the whole fit, the same without)}, the worst loss first."""
+    whole = {each.name: each for each in ranked(found)}
+    pairs = {}
+    for path in sorted(folder.glob("tosses-without-*.json*")):
+        name = path.name.removeprefix("tosses-without-").split(".")[0]
+        without = ranked(answer(folder, f"tosses-without-{name}"))[0]
+        pairs[name] = whole[without.name], without
+    return dict(sorted(pairs.items(), key=lambda pair: -sum(apart(pair[1][1], pair[1][0]))))
+
+
+def ablations_table(pairs):
+    rows = []
+    for name, (whole, without) in pairs.items():
+        low, high = apart(without, whole)
+        rows.append([name, errors_text(without, "held_out"), f"{low:+.2g} to {high:+.2g}"])
+    return table(["not fitted", f"`{next(iter(pairs.values()))[0].name}`", "worse than the whole fit by (95 %)"], rows)
+
+
 def known_truth_table(found):
     rows = []
     for model in dict.fromkeys(each["model"] for each in found["found"]):
@@ -203,6 +222,8 @@ def update(options):
     figure(found, options.page.with_suffix(".svg"))
     write(options.page, {name: errors_table(of) for name, of in found.items()})
     tables = {}
+    if pairs := ablations(options.results, found["tosses"]):
+        tables["tosses-without"] = ablations_table(pairs)
     for name, of in found.items():
         tables[f"{name}-parameters"] = parameters_table(of)
         if all("timesteps" in each.found for each in ranked(of)):  # younger than version 0.1's
