@@ -38,7 +38,7 @@ import packed  # noqa: E402
 import standing  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-METHODOLOGY = ROOT / "docs/methodology.md"
+CLAIMS = ROOT / "docs/lab/claims.md"
 # Errors below this count as this in ratios and slopes.
 SMALLEST = 1e-16
 HARNESS = "null"
@@ -403,9 +403,9 @@ def hinge_gap(bodies, number, position, quaternion):
 # ---- the page of claims ----------------------------------------------------------------------------------------------
 
 
-def line_up(methodology):
-    """{engine of the paper: contenders} from the table of methodology.md."""
-    rows = re.search(r"^\| engine of the paper \|.*\n\|.*\n((?:\|.*\n)+)", methodology, re.M)
+def line_up(page):
+    """{engine of the paper: contenders} from the table of docs/lab/claims.md."""
+    rows = re.search(r"^\| engine of the paper \|.*\n\|.*\n((?:\|.*\n)+)", page, re.M)
     return {cells[0].strip(): re.findall(r"`([^`]+)`", cells[1])
             for cells in (row.strip("| \n").split("|") for row in rows.group(1).splitlines())}
 
@@ -414,7 +414,7 @@ Figure = collections.namedtuple("Figure", "value low high")
 
 
 class Claims:
-    """The figures of claims, by the kinds of docs/methodology.md."""
+    """The figures of claims, by the kinds of docs/lab/claims.md."""
 
     def __init__(self, store, engines):
         self.store, self.engines = store, engines
@@ -510,7 +510,7 @@ Ratio = collections.namedtuple("Ratio", "value low high least most points")
 
 
 class Answers:
-    """What each test of a claim says: its figures by name, as (figure, kind) of docs/methodology.md."""
+    """What each test of a claim says: its figures by name, as (figure, kind) of docs/lab/claims.md."""
 
     def __init__(self, claims):
         self.claims = claims
@@ -634,8 +634,8 @@ def blocks_of(page):
     return {int(number): text for number, text in zip(parts[1::2], parts[2::2])}
 
 
-def check_claims(report, store, page, claims_file, methodology):
-    claims = Claims(store, line_up(methodology))
+def check_claims(report, store, page, claims_file, rules):
+    claims = Claims(store, line_up(rules))
     answers = Answers(claims)
     for claim in tomllib.loads(claims_file)["claim"]:
         text = blocks_of(page).get(claim["number"])
@@ -888,7 +888,7 @@ def check_all(database, page=None, readme=None, values=None):
             text = page.read_text("utf-8")
             with contextlib.closing(Store(database, counting=True)) as counting:
                 check_claims(report, counting, text, (ROOT / "campaigns/paper_claims.toml").read_text("utf-8"),
-                             METHODOLOGY.read_text("utf-8"))
+                             CLAIMS.read_text("utf-8"))
                 check_text(report, counting, text)
         if readme:
             check_counts(report, store, readme.read_text("utf-8"))

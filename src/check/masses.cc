@@ -13,8 +13,8 @@
 namespace assay::findings {
 namespace {
 
-// Iterative solvers carry a heavy body on a light one the worse, the larger the ratio of their masses. docs/guide.md
-// has the figures behind this threshold.
+// Iterative solvers carry a heavy body on a light one the worse, the larger the ratio of their masses.
+// docs/lab/robots.md has the figures behind this threshold.
 constexpr double kLargeRatio = 100;
 
 // What the conformance suite tests: src/conformance/README.md.

@@ -1,7 +1,7 @@
 // The paper's findings as data (campaigns/paper_claims.toml) and the verdict of measured results on each.
 //
 // "The paper" is Erez, Tassa, Todorov: Simulation Tools for Model-Based Robotics: Comparison of Bullet, Havok, MuJoCo,
-// ODE and PhysX, ICRA 2015. How each kind of test decides: docs/methodology.md, "Claims".
+// ODE and PhysX, ICRA 2015. How each kind of test decides: docs/lab/claims.md.
 //
 // The file:
 //
