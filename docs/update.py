@@ -5,7 +5,7 @@ import argparse
 import importlib
 
 # Each is a file of tables/, with add_arguments(parser) and update(options); its docstring is its help.
-PAGES = ["claims", "contacts", "engines", "files", "many-worlds", "reality", "releases", "reliability", "robots", "self-consistency", "settings"]
+PAGES = ["claims", "contacts", "engines", "files", "many-worlds", "movie", "reality", "releases", "reliability", "robots", "self-consistency", "settings"]
 
 
 def main():

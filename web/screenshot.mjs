@@ -1,16 +1,18 @@
-// Takes a picture of a report, as the README shows it.
+// Takes a picture of a report, as the README shows it. The file's text "Description" has the words of the grid and of the
+// question, by which a test knows whether it is current.
 //
 //   node screenshot.mjs RESULTS_DIR|REPORT.html OUT.png [--width 1400] [--height N] [--dark] [--from SELECTOR]
 //                       [--to SELECTOR] [--scale N] [--replay SECONDS]
 //
 // The picture ends with the first system's plot, after --height pixels, or where the element of --to ends ("main" for
 // all). --from starts at an element, "#planar-chain" for one. Replays in the picture stand at --replay, else at 0 s.
-import { existsSync, statSync } from "node:fs";
+import { existsSync, readFileSync, statSync, writeFileSync } from "node:fs";
 import { join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
 import { parseArgs } from "node:util";
 
 import { launch } from "./browser.mjs";
+import { shownWords, withDescription } from "./picture_text.mjs";
 
 const { values, positionals } = parseArgs({
   allowPositionals: true,
@@ -67,6 +69,7 @@ try {
   }
   const height = Math.min(bottom, whole) - top;
   await page.screenshot({ path: out, clip: { x: 0, y: top, width: Number(values.width), height }, captureBeyondViewport: true });
+  writeFileSync(out, withDescription(readFileSync(out), await shownWords(page)));
 } finally {
   await browser.close();
 }

@@ -177,6 +177,8 @@ std::optional<double> disagreement(const Results& results, const std::string& sy
   return distances.empty() ? std::nullopt : std::optional(median(distances));
 }
 
+constexpr double kDeep = 1e-3;  // m: more than a contact's softness should show
+
 std::string caveat(const Results& results, const SystemAnswers& answers, const json& fastest) {
   std::vector<std::string> sentences;
   if (!results.timed(answers.system)) {
@@ -187,7 +189,8 @@ std::string caveat(const Results& results, const SystemAnswers& answers, const j
     const Point& point = answers.at(candidate);
     if (fastest["contender"] == point.contender && fastest["timestep_ms"] == point.timestep_ms) best = &candidate;
   }
-  constexpr double kDeep = 1e-3;  // m: more than a contact's softness should show
+  const std::string overlap = overlap_text(answers);
+  if (!overlap.empty()) sentences.push_back(overlap);
   if (best != nullptr) {
     const Point& point = answers.at(*best);
     // It may have been measured at some of the timesteps only.
@@ -198,7 +201,7 @@ std::string caveat(const Results& results, const SystemAnswers& answers, const j
       if (other.contender != point.contender || other.timestep_ms > point.timestep_ms) continue;
       if (own != candidate.worst.end()) depth = std::max(depth, own->second.value.value);
     }
-    if (depth > kDeep) {
+    if (depth > (overlap.empty() ? 0 : answers.start_overlap) + kDeep) {
       sentences.push_back(
           fmt::format("The fastest lets shapes penetrate each other by up to {}.", quantity_text(depth, "m", 2)));
     }
@@ -227,6 +230,12 @@ std::string caveat(const Results& results, const SystemAnswers& answers, const j
 }
 
 }  // namespace
+
+std::string overlap_text(const SystemAnswers& answers) {
+  if (answers.start_overlap <= kDeep) return "";
+  return fmt::format("The model overlaps itself by {} at its start, which is no engine's fault.",
+                     quantity_text(answers.start_overlap, "m", 2));
+}
 
 json card_data(const Results& results, const SystemAnswers& answers) {
   constexpr double kLimit = 1e-3;  // m

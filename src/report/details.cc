@@ -16,6 +16,9 @@
 #include "base/errors.h"
 #include "measures/measure.h"
 #include "report/figures/picture.h"
+#include "report/replays.h"
+#include "report/thumbnail.h"
+#include "results/store/pictures.h"
 #include "results/store/scene.h"
 
 namespace assay {
@@ -116,6 +119,23 @@ json end_of(const Results& results, const std::string& system, const Scene& scen
   return {{"contender", end->contender}, {"time_s", rounded(end->state.time, 6)}, {"shapes", shapes_of(scene, poses)}};
 }
 
+// The capsules of shapes_of() show what consists of capsules and spheres; all else has an image.
+json image_of(const SceneRow& row, const Scene& scene, const std::vector<Pose>& poses) {
+  const bool is_rods = std::ranges::all_of(scene.shapes, [](const Shape& shape) {
+    return is_ground(shape) || shape.type == ShapeType::kCapsule || shape.type == ShapeType::kSphere;
+  });
+  const json stored = json::parse(row.json);
+  const bool has_meshes = stored.contains("pictures");
+  if (is_rods && !has_meshes) return nullptr;
+  try {
+    const Pictures pictures = has_meshes ? parse_pictures(stored["pictures"]) : Pictures();
+    const std::string png = thumbnail_png(scene, poses, pictures, figures::azimuth_of(row.system));
+    return png.empty() ? json(nullptr) : json("data:image/png;base64," + base64(png));
+  } catch (const InputError&) {  // of a stranger's database
+    return nullptr;
+  }
+}
+
 // ---- agreement ----------------------------------------------------------------------------------------------------------
 
 constexpr size_t kMostTimes = 33;
@@ -209,6 +229,7 @@ json picture_data(const Results& results) {
       if (is_plane(shape) && level) ground = rounded(shape.X_BS.p.z(), 5);
     }
     pictures.push_back({{"system", row.system},
+                        {"image", image_of(row, scene, poses)},
                         {"azimuth", figures::azimuth_of(row.system)},
                         {"start", shapes_of(scene, poses)},
                         {"end", end_of(results, row.system, scene)},

@@ -51,4 +51,7 @@ struct ReplaySource {
 };
 nlohmann::json replays_data(const std::vector<ReplaySource>& sources, const ReplayOptions& options = {});
 
+// The bytes in digits of a page.
+std::string base64(const std::string& bytes);
+
 }  // namespace assay

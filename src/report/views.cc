@@ -115,6 +115,7 @@ json view_data(const Results& results, const std::string& system) {
           {"left_out", std::move(left_out)},
           {"columns", {{"most", kMostErrors}, {"besides", std::move(besides)}}},
           {"usual", std::move(usual)},
+          {"overlap", overlap_text(answers)},
           {"stand_ins", std::move(stand_ins)},
           {"accuracy", {{"limited", other.limited}, {"open", other.open}}},
           {"card", card_data(results, answers)}};

@@ -39,7 +39,7 @@ nlohmann::json glossary_data();
 //    "candidates": [{"point", "realtime", "speed", "note", "held", "margin"}],
 //    "left_out": [{"contender", "steps": [ms], "when", "why"}],
 //    "columns": {"most", "besides": [error]}, "accuracy": {"limited": [error], "open"},
-//    "usual": [{"option", "value", "largest"}], "stand_ins": {error: sentence},
+//    "usual": [{"option", "value", "largest"}], "overlap": see cards.h, "stand_ins": {error: sentence},
 //    "card": see cards.h}
 // The meaning of each: results/recommend.h; texts and what the page fills them into: results/answer.h. Only sound
 // points have "worst". "high" is left out where it is the value, "line" where it is the text, "note" and "held" where

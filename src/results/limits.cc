@@ -52,10 +52,13 @@ Question read_limits(const LimitOptions& options, const Askable& of, const FindV
       throw InputError(fmt::format("'{}' is limited twice: give one limit for it", value.name));
     }
     if (value.name == "penetration_max" && largest < of.start_overlap) {
-      throw InputError(
-          fmt::format("{} is '{}': shapes {} overlap by {} when they start, so no run is within it; --penetration "
-                      "limits what is beyond the start's overlap",
-                      what, text, of.where, quantity_text(of.start_overlap, "m")));
+      const bool added = std::ranges::any_of(of.usual, [&](const UsualLimit& usual) {
+        return usual.option == "penetration" && usual.value != value.name;
+      });
+      throw InputError(fmt::format("{} is '{}': shapes {} overlap by {} when they start, so no run is within it; {}",
+                                   what, text, of.where, quantity_text(of.start_overlap, "m"),
+                                   added ? "--penetration limits what is beyond the start's overlap"
+                                         : "give a larger limit, as these results have no other penetration"));
     }
     add(value, largest, text);
   };

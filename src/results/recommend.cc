@@ -15,6 +15,7 @@
 #include "base/quantity.h"
 #include "base/text.h"
 #include "measures/measure.h"
+#include "results/store/facts.h"
 
 namespace assay {
 namespace {
@@ -222,12 +223,29 @@ constexpr const char* kAdded = "penetration_added_max";
 constexpr const char* kDepth = "penetration_max";
 constexpr const char* kCold = "consistency_cold";
 
+// The start's depth in results that lack the penetration beyond it: the least depth, where contenders of both kinds of
+// coordinates agree on it, else 0. All runs begin with the same state, so none is less deep, and those never move
+// alike.
+double common_depth(const Results& results, const std::map<std::string, double>& depths) {
+  constexpr double kAlike = 1e-6;  // of the depth
+  double least = HUGE_VAL;
+  for (const auto& [contender, depth] : depths) least = std::min(least, depth);
+  std::set<std::string> coordinates;
+  for (const ContenderRow& row : results.rows()) {
+    const auto own = depths.find(row.name);
+    if (own == depths.end() || own->second > least * (1 + kAlike)) continue;
+    coordinates.insert(text_fact(facts_of(row.capabilities_json), "coordinates"));
+  }
+  return coordinates.size() > 1 ? least : 0;
+}
+
 // What questions limit of contacts, and what stands for values of today's measures that these results lack.
 void find_usual(const Results& results, SystemAnswers& answers) {
   const auto has = [&](const std::string& value) {
     return std::ranges::find(answers.errors, value) != answers.errors.end();
   };
   std::optional<double> stored;
+  std::map<std::string, double> depths;  // by contender, the least of its timesteps
   for (const Cell& cell : results.cells()) {
     if (cell.system != answers.system || !reads(cell.measure, Reads::kRun)) continue;
     const auto of = [&](const char* name) {
@@ -238,8 +256,12 @@ void find_usual(const Results& results, SystemAnswers& answers) {
     // the deepest pair overlaps at the start by what is not added to any
     if (const auto depth = of(kDepth), added = of(kAdded); depth && added) {
       answers.start_overlap = std::max(answers.start_overlap, *depth - *added);
+    } else if (depth) {
+      double& least = depths.try_emplace(cell.contender, *depth).first->second;
+      least = std::min(least, *depth);
     }
   }
+  if (!has(kAdded)) answers.start_overlap = common_depth(results, depths);
   if (has(kAdded)) {
     answers.usual.push_back({"penetration", kAdded, stored.value_or(kUsualPenetration)});
   } else if (has(kDepth)) {
@@ -247,6 +269,10 @@ void find_usual(const Results& results, SystemAnswers& answers) {
     answers.stand_ins[kDepth] =
         "these results are of a version that did not store the penetration beyond the start's overlap: the whole depth "
         "counts, and the default limit is 5 mm for every system";
+    if (answers.start_overlap > 0) {
+      answers.stand_ins[kDepth] +=
+          fmt::format("; shapes overlap by {} when they start", quantity_text(answers.start_overlap, "m"));
+    }
   }
   if (has("grasp_slip")) answers.usual.push_back({"slip", "grasp_slip", kUsualSlip});
   if (has("consistency") && !has(kCold)) {

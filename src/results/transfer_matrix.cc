@@ -110,6 +110,15 @@ nlohmann::ordered_json number_json(const std::optional<double>& number) {
   return number && std::isfinite(*number) ? nlohmann::ordered_json(*number) : nlohmann::ordered_json(nullptr);
 }
 
+// "5 ms", "5 and 10 ms", "all 7 timesteps from 1/4 to 16 ms"
+std::string timesteps_text(const std::vector<double>& sorted) {
+  constexpr size_t kMostNamed = 4;
+  std::vector<std::string> labels;
+  for (const double timestep_ms : sorted) labels.push_back(timestep_label(timestep_ms));
+  if (labels.size() <= kMostNamed) return list(labels) + " ms";
+  return fmt::format("all {} timesteps from {} to {} ms", labels.size(), labels.front(), labels.back());
+}
+
 }  // namespace
 
 const Value* TransferRow::value(const std::string& name) const {
@@ -206,14 +215,19 @@ std::optional<TransferMatrix> transfer_matrix(const Results& results, const std:
 
 std::vector<std::string> transfer_answer(const TransferMatrix& matrix) {
   std::map<std::string, std::map<std::string_view, std::vector<std::string>>> timesteps;  // by contender and verdict
+  std::vector<double> tried;
   for (const TransferRow& row : matrix.rows) {
     timesteps[row.contender][row.verdict()].push_back(timestep_label(row.timestep_ms));
+    tried.push_back(row.timestep_ms);
   }
+  std::ranges::sort(tried);
+  const auto same = std::ranges::unique(tried, same_timestep);
+  tried.erase(same.begin(), same.end());
   std::map<std::string_view, std::vector<std::string>> found;
   std::vector<std::string> always;
   for (const auto& [contender, verdicts] : timesteps) {
     for (const auto& [verdict, at] : verdicts) {
-      if (verdict == "stays up" && verdicts.size() == 1) {
+      if (verdict == "stays up" && at.size() == tried.size()) {
         always.push_back(contender);
       } else {
         found[verdict].push_back(fmt::format("{} at {} ms", contender, join(at, ", ")));
@@ -221,8 +235,9 @@ std::vector<std::string> transfer_answer(const TransferMatrix& matrix) {
     }
   }
   const bool all = always.size() == timesteps.size();
-  std::vector<std::string> lines = {fmt::format("stays up at every timestep: {} of {} contender{}{}{}", always.size(),
+  std::vector<std::string> lines = {fmt::format("{} of {} contender{} stay{} up at {}{}{}", always.size(),
                                                 timesteps.size(), timesteps.size() == 1 ? "" : "s",
+                                                always.size() == 1 ? "s" : "", timesteps_text(tried),
                                                 always.empty() || all ? "" : ": ", all ? "" : join(always, ", "))};
   for (const auto& [verdict, where] : found) lines.push_back(fmt::format("{}: {}", verdict, join(where, "; ")));
   const TransferRow* trained = matrix.trained();

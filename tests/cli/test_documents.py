@@ -57,6 +57,17 @@ class Documents(AssayTest):
         for line in entries:
             self.assertRegex(line, r"^(## \[|### |- |$)")
 
+    def test_one_version(self):
+        """CMakeLists.txt owns the version; what repeats it is that of the newest release."""
+        version = re.search(r"project\(assay VERSION ([\d.]+)", (SOURCE / "CMakeLists.txt").read_text(encoding="utf-8")).group(1)
+        released = re.search(r"^## \[([\d.]+)\] - ([\d-]+)$", (SOURCE / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)
+        self.assertEqual(released.group(1), version)
+        citation = (SOURCE / "CITATION.cff").read_text(encoding="utf-8")
+        self.assertIn(f"\nversion: {version}\ndate-released: {released.group(2)}\n", citation)
+        named = [found for page in documents() for found in re.findall(r"\bassay(?:_\w+)?-(\d[\d.]*)-(?:py3|\.\.\.)", page.read_text(encoding="utf-8"))]
+        self.assertGreater(len(named), 2)
+        self.assertEqual(set(named), {version}, "names of wheels")
+
     def test_links_resolve(self):
         self.assertGreater(len(documents()), 20)
         for page in documents():

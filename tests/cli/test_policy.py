@@ -206,7 +206,7 @@ class Pushed(Policy):
     def test_every_contender_gets_the_same_pushes(self):
         text = self.assay(*self.run_pushed("pushed", "--push", "0.3", "--push-every", "0.5", "--push-joint", "hinge"))
         self.assertIn("pushes of 0.3 of the joint 'hinge' every 0.5 s", text)
-        self.assertIn("stays up at every timestep: 0 of 2 contenders", text)
+        self.assertIn("0 of 2 contenders stay up at 5 ms", text)
         self.assay(*self.run_pushed("still"))
         pushed, still = (self.assay_json("transfer", out, "--json")["systems"][0] for out in ("pushed", "still"))
         rows = [{row["contender"]: row for row in matrix["rows"]} for matrix in (pushed, still)]
@@ -238,7 +238,7 @@ class Transfer(Policy):
         names = [name for name in known if any(pathlib.PurePath(name).match(pattern) for pattern in engines)]
         text = self.assay("run", "cart_pole.xml", "--policy-config", "policy.toml", "--out", "results",
                           "--seconds", "4", "--timesteps", "5", "--contenders", ",".join(names))
-        self.assertRegex(text, r"stays up at every timestep: \d+ of \d+ contenders")
+        self.assertRegex(text, r"\d+ of \d+ contenders stays? up at 5 ms")
         matrix = self.assay_json("transfer", "results", "--json")["systems"][0]
         self.assertEqual(matrix["trained_in"], "mujoco-euler")
         rows = {row["contender"]: row for row in matrix["rows"]}

@@ -54,6 +54,7 @@ export interface PictureShape {
 
 export interface Picture {
   system: string;
+  image?: string | null; // a data URL, of what is more than capsules and spheres; none in older reports
   azimuth: number; // of the view that shows it best: degrees, 0 looks along x
   start: PictureShape[];
   end: { contender: string; time_s: number; shapes: PictureShape[] } | null;
@@ -545,6 +546,7 @@ export interface ViewJson {
   columns: { most: number; besides: string[] }; // how many limited values a table shows, and which others besides
   accuracy: { limited: string[]; open: string }; // a limit of one of the first leaves the last one open
   usual: UsualLimit[]; // what every question limits that does not do without
+  overlap?: string; // that the model overlaps itself where it starts; "" where it does not, none in older reports
   stand_ins: Record<string, string>; // of values that stand for others, which these results lack: what they are
   card: { answers: Answer[]; caveat: string };
 }

@@ -70,7 +70,7 @@ function rest(report: Report, view: SystemView, marks: Map<string, Mark>): Map<s
     if (marks.has(engine)) continue;
     const failed = first.get(engine);
     const none = failed !== undefined && view.json.points.every((point) => engineName(report, point.contender) !== engine || kNoRun.test(point.why));
-    const why = some ? "sound, but a limited value or the speed was not measured" : `${failed ? `${at(failed)}: ` : ""}${failed?.why ?? "no sound run"}`;
+    const why = some ? "sound, but a limited value or the speed was not measured" : `${failed ? `${at(failed)}: ` : ""}${failed?.why ?? "no sound run"}${!none && view.json.overlap ? `. ${view.json.overlap.replace(/\.$/, "")}` : ""}`;
     marks.set(engine, { grade: some || none ? "–" : "F", text: "", why, place: view.system, point: failed && !some ? { system: view.system, contender: failed.contender, timestep: failed.timestep_ms } : null });
   }
   return marks;

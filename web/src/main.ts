@@ -86,7 +86,7 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
   const transferred = report.json.transfer ?? [];
   const addTransfer = () => {
     const runs = "Every engine runs the same policy from the same perturbed starts.";
-    add(part("transfer", "Where does the policy work?", runs), "Policy", () => transferred.flatMap((matrix) => transfers(report, matrix, palette)));
+    add(part("transfer", "Where does the policy work?", runs), "Where it works", () => transferred.flatMap((matrix) => transfers(report, matrix, palette)));
   };
   // Policies are asked other questions than systems.
   const policies = transferred.length > 0 && !canPick(report);
@@ -113,7 +113,7 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
   }
   for (const [index, { system, view }] of views.entries()) {
     const section = el("section", { class: "system", id: view.system, "aria-busy": paged ? null : "true", "data-alone": paged ? "" : null }, el("h2", {}, view.system));
-    if (!paged) links.push([view.system, view.system]);
+    if (!paged) links.push([view.system, policies && views.length === 1 ? "Runs" : view.system]);
     page.append(section);
     const fill = () => fillSystem(section, view, system, palette);
     if (paged) {

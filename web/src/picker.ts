@@ -134,6 +134,8 @@ export function picker(report: Report, palette: Palette): HTMLElement {
     } else {
       found.append(none(words, limits));
     }
+    const { overlap } = viewOf(question.system).json;
+    if (overlap) found.append(el("p", { class: "pick-overlap" }, overlap));
     const grounds = words.grounds();
     if (grounds.length > 0) found.append(el("details", { class: "pick-grounds" }, el("summary", {}, words.say("grounds")), ...grounds.map((text) => el("p", { class: "quiet" }, text))));
     const left = words.leftOut();
@@ -176,7 +178,8 @@ export function picker(report: Report, palette: Palette): HTMLElement {
         continue;
       }
       const { asked, realtime } = relaxedLimits(limits, piece.relax);
-      ways.append(el("li", {}, asking(piece.text, { ...question, limits: asked.map(({ name, largest }) => [name, largest]), realtime })));
+      const { relax, place, rest } = /^(?<relax>.*?)(?<place>: .*? ms)(?<rest>.*)$/s.exec(piece.text)?.groups ?? { relax: piece.text, place: "", rest: "" };
+      ways.append(el("li", {}, asking(relax!, { ...question, limits: asked.map(({ name, largest }) => [name, largest]), realtime }), el("b", {}, unbroken(place!)), el("span", { class: "quiet" }, unbroken(rest!))));
     }
     if (ways.childElementCount > 0) text.append(ways);
     return text;
@@ -211,7 +214,7 @@ export function picker(report: Report, palette: Palette): HTMLElement {
     "div",
     { class: "panel picker", id: "pick" },
     el("h2", {}, "Which engine?"),
-    el("form", { class: "question", submit: (event: Event) => event.preventDefault() }, el("label", {}, "System ", system), limits, more, el("label", {}, "Real time at least ", el("span", { class: "limit" }, rate, "×"))),
+    el("form", { class: "question", submit: (event: Event) => event.preventDefault() }, el("label", {}, "System ", system), limits, more, el("label", {}, "Speed ≥ ", el("span", { class: "limit" }, rate), " × real time")),
     found,
   );
 }

@@ -64,7 +64,7 @@ function others(view: SystemView): HTMLElement {
 export function fillSystem(section: HTMLElement, view: SystemView, system: System, palette: Palette): (() => void)[] {
   const drawn = view.report.json.pictures?.find((candidate) => candidate.system === view.system);
   const twin = view.report.mainSystems.find((other) => kTwin.test(other.name) && other.name.replace(kTwin, "") === view.system);
-  const head = el("div", { class: "system-head" }, el("div", {}, el("h2", {}, view.system), systemFacts(system), modelNotes(system.facts["notes"]), twin ? el("p", { class: "twin" }, el("a", { href: `#${twin.name}` }, `${twin.name}: the same robot without gravity and contacts, against a reference solution`)) : null), drawn ? picture(drawn, 110, 74) : "");
+  const head = el("div", { class: "system-head" }, el("div", {}, el("h2", {}, view.system), systemFacts(system), modelNotes(system.facts["notes"]), view.json.overlap ? el("p", { class: "overlap" }, view.json.overlap) : null, twin ? el("p", { class: "twin" }, el("a", { href: `#${twin.name}` }, `${twin.name}: the same robot without gravity and contacts, against a reference solution`)) : null), drawn ? picture(drawn, 110, 74) : "");
   section.replaceChildren(head);
   if (view.cells.length === 0) {
     section.append(el("p", { class: "quiet" }, "No cell of this system has been run yet."));

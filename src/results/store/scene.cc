@@ -228,6 +228,7 @@ Scene parse_scene(const std::string& text) {
       added.X_BS = pose_of(shape);
       added.radius = shape.at("radius");
       added.half_length = shape.at("half_length");
+      added.collides = shape.value("collides", true);
       added.rgba = shape.at("rgba").get<std::array<float, 4>>();
       if (has_half_size(added.type)) added.half_size = vec3_of(shape.at("half_size"));
       if (!has_data(added.type)) continue;

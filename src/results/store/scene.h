@@ -41,7 +41,8 @@ Scene scene_of(const Model& model);
 // "p": [x, y, z], "q": [w, x, y, z], "radius", "half_length", "rgba": [r, g, b, a]}], "control": {"kind", "amplitude",
 // "frequency", "phase_step"}}. A box or ellipsoid has "half_size": [x, y, z] too, a hull or height field its number as
 // "data": in "hulls": [{"step", "v": [x, y, z, ...]}] or "height_fields": [{"rows", "columns", "half_x", "half_y",
-// "base", "step", "h": [...]}], whole numbers of "step" m.
+// "base", "step", "h": [...]}], whole numbers of "step" m. Results add "collides": false to shapes that are only drawn,
+// which parse_scene() reads.
 std::string scene_text(const Scene& scene);
 
 // Throws InputError for a text that is not such a scene.

@@ -7,11 +7,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <png.h>
 
 #include "base/errors.h"
 #include "report/canvas.h"
 #include "report/details.h"
 #include "report/figures.h"
+#include "report/thumbnail.h"
 #include "results/looks.h"
 #include "results/store/scene.h"
 #include "results/store/trajectory.h"
@@ -107,7 +109,50 @@ TEST_F(DetailsTest, PicturesAreInTheWorldFrame) {
   EXPECT_EQ(shapes[0]["b"], json({1.5, 0, 2}));
   EXPECT_EQ(shapes[0]["c"], "#ff8000");
   EXPECT_EQ(shapes[1]["a"], shapes[1]["b"]);
+  EXPECT_TRUE(pictures[0]["image"].is_null()) << "capsules and spheres are drawn as they are";
 }
+
+// Alpha of the picture's pixels.
+std::vector<std::uint8_t> alpha_of(const std::string& png) {
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  EXPECT_NE(png_image_begin_read_from_memory(&image, png.data(), png.size()), 0);
+  image.format = PNG_FORMAT_RGBA;
+  std::vector<std::uint8_t> pixels(PNG_IMAGE_SIZE(image)), alpha;
+  EXPECT_NE(png_image_finish_read(&image, nullptr, pixels.data(), 0, nullptr), 0);
+  for (size_t i = 3; i < pixels.size(); i += 4) alpha.push_back(pixels[i]);
+  return alpha;
+}
+
+TEST(Thumbnail, ShowsWhatTheRobotIsMadeOf) {
+  Scene scene;
+  scene.bodies = {{"link", kWorld, Vec3::Zero(), Vec3::Zero(), {}}};
+  scene.shapes.resize(1);
+  scene.shapes[0].body = 0;
+  scene.shapes[0].type = ShapeType::kBox;
+  scene.shapes[0].half_size = {1, 1, 1};
+  const auto share = [&](const Pictures& pictures) {
+    const std::vector<std::uint8_t> alpha = alpha_of(thumbnail_png(scene, {Pose()}, pictures, 0));
+    return static_cast<double>(std::accumulate(alpha.begin(), alpha.end(), 0)) /
+           (255.0 * static_cast<double>(alpha.size()));
+  };
+  // 300 x 220 pixels; 97 % of the height are 2 (cos 15 + sin 15 degrees) m, the cube's width 2 m
+  const double height = 0.97, width = 0.97 * 220 / 300 / (std::cos(0.2618) + std::sin(0.2618));
+  EXPECT_NEAR(share({}), height * width, 0.01);
+  // a triangle in place of the box, half of its rectangle
+  Pictures pictures;
+  pictures.meshes = {{{{0, -1, 0}, {0, 1, 0}, {0, 1, 1}}, {{0, 1, 2}}}};
+  pictures.parts = {{.mesh = 0, .body = 0, .X_BS = {}}};
+  const double tall = std::cos(0.2618);  // m, of a width of 2 m
+  EXPECT_NEAR(share(pictures), 0.5 * 0.97 * (0.97 * 300 / 220 * tall / 2), 0.01);
+  // what stands far from it does not make it small
+  scene.shapes.push_back(scene.shapes[0]);
+  scene.shapes[1].body = kWorld;
+  scene.shapes[1].X_BS.p = {0, 50, 0};
+  EXPECT_NEAR(share({}), height * width, 0.01);
+}
+
+TEST(Thumbnail, NothingToDrawIsNoPicture) { EXPECT_EQ(thumbnail_png({}, {}, {}, 0), ""); }
 
 TEST_F(DetailsTest, AgreementHasAnEntryPerPair) {
   Store store = make();

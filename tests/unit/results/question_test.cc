@@ -169,6 +169,28 @@ TEST_F(QuestionTest, ContradictionsAreRefusedInOneSentence) {
   EXPECT_EQ(refusal(options), "");
 }
 
+// Both begin 7 mm deep, and only one goes deeper.
+TEST_F(QuestionTest, OlderResultsTellTheStartsOverlapByEnginesThatAgree) {
+  const auto has = [&](const char* fast, const char* stiff, double of_stiff) {
+    store_.set_contenders(
+        {{"fast", "fast", "1", "fast", "", fast, "{}"}, {"stiff", "stiff", "1", "stiff", "", stiff, "{}"}});
+    put("hand", "fast", 1, "violation", {{"penetration_max", "m", 7e-3, {}, {}}});
+    put("hand", "fast", 2, "violation", {{"penetration_max", "m", 9e-3, {}, {}}});
+    put("hand", "stiff", 1, "violation", {{"penetration_max", "m", of_stiff, {}, {}}});
+    return answers().start_overlap;
+  };
+  const char *joint = R"({"coordinates": "joint"})", *maximal = R"({"coordinates": "maximal"})";
+  EXPECT_EQ(has(joint, maximal, 7.0000001e-3), 7e-3);
+  EXPECT_EQ(has(joint, maximal, 7.1e-3), 0) << "one alone may have sunk in";
+  EXPECT_EQ(has(joint, joint, 7.0000001e-3), 0) << "two of one kind may have the same solver";
+  EXPECT_EQ(has(joint, maximal, 7.0000001e-3), 7e-3);
+  EXPECT_THAT(grounds(answers(), question_of(asks("2mm"), answers())),
+              testing::Contains(HasSubstr("shapes overlap by 7.00 mm when they start")));
+  LimitOptions options = asks("1mm");
+  options.limits = {"penetration_max=5mm"};
+  EXPECT_THAT(refusal(options), HasSubstr("no run is within it; give a larger limit"));
+}
+
 TEST_F(QuestionTest, EachLimitThatCanGiveWayAloneIsNamedWithWhatThenAnswers) {
   point("fast", 1, 100, 0.4e-3, 4.123e-3, 1e-3);
   point("fast", 2, 200, 0.9e-3, 9e-3, 1e-3);

@@ -106,6 +106,28 @@ TEST(TransferExcess, EvenTheNearEndsAreManyTimesApart) {
   }
 }
 
+TEST(TransferAnswer, NamesTheTimestepsThatWereTried) {
+  const auto up = [](const char* contender, double timestep_ms) {
+    TransferRow row = row_with("foot_slip", 1, 0.9, 1.1);
+    row.contender = contender;
+    row.timestep_ms = timestep_ms;
+    return row;
+  };
+  TransferMatrix matrix;
+  matrix.rows = {up("a", 5), up("b", 5)};
+  EXPECT_THAT(transfer_answer(matrix), testing::ElementsAre("2 of 2 contenders stay up at 5 ms"));
+  // 'b' was not run at 10 ms
+  matrix.rows.push_back(up("a", 10));
+  EXPECT_THAT(transfer_answer(matrix),
+              testing::ElementsAre("1 of 2 contenders stays up at 5 and 10 ms: a", "stays up: b at 5 ms"));
+  matrix.rows.back().values["fall_rate"] = {"fall_rate", "1", 1.0, 0.91, 1.0};
+  EXPECT_THAT(transfer_answer(matrix), testing::ElementsAre("0 of 2 contenders stay up at 5 and 10 ms",
+                                                            "falls: a at 10 ms", "stays up: a at 5 ms; b at 5 ms"));
+  matrix.rows = {up("a", 20), up("a", 0.25), up("a", 1), up("a", 5), up("a", 10)};
+  EXPECT_THAT(transfer_answer(matrix),
+              testing::ElementsAre("1 of 1 contender stays up at all 5 timesteps from 1/4 to 20 ms"));
+}
+
 TEST(TransferExcess, LessIsNoneAndNeitherIsAValueWithoutAnInterval) {
   const TransferRow trained = row_with("foot_slip", 0.95, 0.9, 1.0);
   EXPECT_TRUE(excesses(row_with("foot_slip", 0.1, 0.09, 0.11), trained).empty());

@@ -34,7 +34,9 @@ export function scoreTitle(match: Match): string {
 function axis(drawing: SVGSVGElement, x: LogScale, frame: { left: number; right: number; top: number; bottom: number }, title: string): void {
   drawing.append(grid(x, "x", frame.top, frame.bottom), frameOf(frame));
   for (const value of ticks(x, 44)) drawing.append(svg("text", { class: "tick", x: x(value), y: frame.bottom + 16, "text-anchor": "middle" }, numberText(value)));
-  drawing.append(svg("text", { class: "axis-title", x: frame.right, y: frame.bottom + 34, "text-anchor": "end" }, `${title} →`));
+  // A title that is wider than the window is written small.
+  const wide = textWidth(`${title} →`, 12.5);
+  drawing.append(svg("text", { class: "axis-title", x: frame.right, y: frame.bottom + 34, "text-anchor": "end", ...(wide > frame.right ? { textLength: frame.right - 2, lengthAdjust: "spacingAndGlyphs" } : {}) }, `${title} →`));
 }
 
 function numberText(value: number): string {
@@ -50,7 +52,7 @@ export function contenderErrors(match: Match, palette: Palette): HTMLElement {
   const all = fitted(match);
   const title = scoreTitle(match);
   const draw = (width: number) => {
-    const names = Math.min(0.36 * width, 14 + Math.max(...all.map(({ contender }) => textWidth(contender, 12.5))));
+    const names = Math.min(0.45 * width, 14 + Math.max(...all.map(({ contender }) => textWidth(contender, 12.5))));
     const frame = { left: Math.round(names), right: width - 12, top: 6, bottom: 6 + kRow * all.length };
     const drawing = svg("svg", {
       class: "accuracy match-contenders", width, height: frame.bottom + 42, viewBox: `0 0 ${width} ${frame.bottom + 42}`, role: "img",
@@ -63,7 +65,7 @@ export function contenderErrors(match: Match, palette: Palette): HTMLElement {
       const look = palette.look(one.contender);
       const y = frame.top + kRow * (index + 0.5);
       const [score, untuned] = [one.score!, one.untuned_score!];
-      const group = svg("g", { class: "series", style: `--line:${look.color}`, "data-contender": one.contender });
+      const group = svg("g", { class: "series contender-row", style: `--line:${look.color}`, "data-contender": one.contender });
       const mark = (value: number, hollow: boolean) => svg("path", { class: `mark${hollow ? " hollow" : ""}`, d: look.path(80), transform: `translate(${x(positive(value))},${y}) rotate(${look.turn})` });
       const [from, to] = [x(positive(untuned.value)), x(positive(score.value))];
       group.append(

@@ -33,6 +33,11 @@ function strokes(shapes: PictureShape[], azimuthDegrees: number): Stroke[] {
 
 // Null where there is nothing to draw.
 export function picture(of: Picture, width: number, height: number): SVGSVGElement | null {
+  if (of.image) {
+    const drawing = svg("svg", { class: "picture", width, height, viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `${of.system} at its start` });
+    drawing.append(svg("image", { href: of.image, width, height }));
+    return drawing;
+  }
   const list = strokes(of.start, of.azimuth);
   if (list.length === 0) return null;
   const ends = list.flatMap((stroke) => [

@@ -169,6 +169,8 @@ interface Frame {
   bottom: number;
 }
 
+const kPhone = 500; // px of a row that may be wider than the window
+
 export class SpeedAccuracy {
   readonly element: HTMLElement;
   private readonly canvas = el("div", { class: "canvas" });
@@ -223,6 +225,11 @@ export class SpeedAccuracy {
       });
       choices.append(input, el("label", { for: id }, valueInfo(candidate).label));
     }
+    // On a phone the row is wider than the window: the chosen one is in it.
+    onWidth(choices, (width) => {
+      const chosen = width < kPhone && choices.querySelector("input:checked + label");
+      if (chosen instanceof HTMLElement) choices.scrollLeft = Math.max(0, chosen.offsetLeft - choices.offsetLeft - (width - chosen.offsetWidth) / 2);
+    });
     this.element = el(
       "figure",
       { class: "panel accuracy-panel" },

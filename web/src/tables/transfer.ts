@@ -25,7 +25,7 @@ function capital(text: string): string {
 
 // The share of runs that fall, with its interval, as a bar.
 function share(value: number, low: number | null, high: number | null): SVGSVGElement {
-  const width = 56;
+  const width = 40;
   const bar = svg("svg", { class: "share", width, height: 8, viewBox: `0 0 ${width} 8`, "aria-hidden": "true" }, svg("rect", { class: "all", x: 0, y: 2, width, height: 4 }), svg("rect", { class: "fell", x: 0, y: 2, width: width * value, height: 4 }));
   if (low !== null && high !== null) bar.append(svg("path", { class: "whisker", d: `M${width * low},1V7M${width * low},4H${width * high}M${width * high},1V7` }));
   return bar;
@@ -124,7 +124,7 @@ function table(report: Report, matrix: TransferMatrix, palette: Palette): HTMLTa
       ...steps.map((step) => cell(matrix, rows.find((each) => each.timestep_ms === step))),
       ...values.map(([name, , word]) => compared(matrix, shown, name, word)),
       el("td", { class: "transfer-parts" }, ...(contender === matrix.trained_in && row?.parting.parted === 0 ? ["–"] : parts(row))),
-      replays ? el("td", {}, links.get(contender)) : null,
+      replays ? el("td", { class: "transfer-replay" }, links.get(contender)) : null,
     );
   });
   return el("table", { class: "transfer-table" }, el("thead", {}, el("tr", {}, ...head.map((title, i) => el("th", { scope: "col", class: i === 0 ? "sticky" : null }, title)))), el("tbody", {}, ...bodies));
@@ -132,7 +132,6 @@ function table(report: Report, matrix: TransferMatrix, palette: Palette): HTMLTa
 
 export function transfers(report: Report, matrix: TransferMatrix, palette: Palette): Child[] {
   const [first = "", ...others] = matrix.answer;
-  const steps = [...new Set(matrix.rows.map((row) => row.timestep_ms))].sort((a, b) => a - b);
   // of those that stay up and yet are not among the first
   const worse = matrix.rows.filter((row) => row.verdict === "stays up, but worse").map((row) => `${row.contender} at ${timestep(row.timestep_ms)} ms`);
   const runs = Math.max(0, ...matrix.rows.map((row) => row.runs));
@@ -151,7 +150,7 @@ export function transfers(report: Report, matrix: TransferMatrix, palette: Palet
       el(
         "div",
         { class: "transfer-head" },
-        el("div", {}, el("h3", {}, matrix.system), el("p", { class: "sub" }, facts.join(" · ")), el("p", { class: "transfer-answer" }, `${capital(first)}.`), el("p", { class: "sub" }, [`Tried at ${sentenceList(steps.map(timestep))} ms${steps.length === 1 ? " only" : ""}`, ...(worse.length > 0 ? [`Stays up, but worse: ${sentenceList(worse)}`] : [])].join(". ") + ".")),
+        el("div", {}, report.json.transfer?.length === 1 ? null : el("h3", {}, matrix.system), el("p", { class: "transfer-answer" }, `${capital(first)}.`), worse.length > 0 ? el("p", { class: "sub" }, `Stays up, but worse: ${sentenceList(worse)}.`) : null, el("p", { class: "sub" }, facts.join(" · "))),
         look,
       ),
       scrollFrame(`Where the policy works on ${matrix.system}, by contender and timestep`, "", table(report, matrix, palette)),
