@@ -121,7 +121,7 @@ void obtain_releases(const std::vector<std::string>& contenders) {
     if (!there && std::ranges::find(known, release) != known.end()) lacking.insert(in_build(engine, release));
   }
   if (lacking.empty() || launcher().empty() || !variable(kTried).empty()) return;
-  message(fmt::format("{} not set up: {} first, some 10 s each (--no-set-up goes on without)",
+  message(fmt::format("{} not set up: {} first, some 10 s to a minute each (--no-set-up goes on without)",
                       counted(lacking.size(), "release is", "releases are"),
                       lacking.size() == 1 ? "it is made" : "they are made"));
   start_again({lacking.begin(), lacking.end()});
