@@ -29,9 +29,8 @@ release_requirements() {
     esac
   done
   for pin in "${own[@]}"; do left_out+="${pin%%==*} "; done
-  # a package that is pinned here and not there is one that the release has under another name
   while IFS= read -r line; do
-    [[ ${left_out} == *" ${line%%==*} "* ]] || echo "${line}"
+    [[ ${line} == \#* || ${left_out} == *" ${line%%==*} "* ]] || echo "${line}"
   done <"${root}/src/engines/$1/requirements.txt"
   printf '%s\n' "${own[@]}"
 }
