@@ -13,8 +13,8 @@ SOLVERS = {
     "fbf": ("forward-backward-forward splitting", "elliptic"),
 }
 DETECTORS = ("ode", "bullet", "dart")
-# in Python
-SINCE_6_20 = {("detector", "ode"), ("lcp", "pgs"), ("lcp", "nsgs"), ("lcp", "fbf"), ("split_impulse", True)}
+# What Python did not have before, or, of the detector dart, what let spheres fall through planes.
+SINCE_6_20 = {("detector", "ode"), ("detector", "dart"), ("lcp", "pgs"), ("lcp", "nsgs"), ("lcp", "fbf"), ("split_impulse", True)}
 LEAST_FRICTION = 1e-3  # DART treats pairs with at most this coefficient as frictionless
 
 
@@ -77,8 +77,7 @@ class Engine(assay.Engine):
         limitations = []
         if tuple(map(int, self.short.split("."))) < (6, 20):
             limitations += [assay.Limitation(element=f"setting {name}", what=assay.refused(
-                f"DART {self.version} does not have {settings[name]} in Python: set detector to bullet or dart, lcp to dantzig, "
-                f"split_impulse to off")) for name in ("detector", "lcp", "split_impulse")
+                f"DART {self.version} does not have it in Python: set detector=bullet, lcp=dantzig, split_impulse=off")) for name in ("detector", "lcp", "split_impulse")
                 if (name, settings[name]) in SINCE_6_20]
         for joint in model.joints:
             if joint.stiffness < 0 or joint.damping < 0:
