@@ -5,8 +5,9 @@
 #     engines/<name>-<key>   what the recipe of src/engines/<name> made; the key covers recipe, flags and compiler.
 #     engines/<name>-<build>-<key>  the same in another build (setup/builds.txt)
 #     engines/<name>-<release>-<key>  the library of a release of it (src/engines/<name>/releases.txt)
-#     engines/<name>@<release>-<key>  the adapter compiled for that release; the key covers the adapter's sources and flags
+#     engines/<name>@<release>-<key>  the adapter compiled for that release, or in Python; the key covers its sources and flags
 #     python/<name>-<key>    virtual environments, by their pins: of tools, and of engines whose adapters are in Python
+#     python/<name>@<release>-<key>  of a release of these
 #     declarations/<key>.json what adapters in Python declare; the program keeps them itself
 #     downloads/<key>        what was fetched, by its pins
 #     libraries/<name>-<version> libraries that the program loads on request
@@ -89,11 +90,12 @@ python_recipe() {
   version="$(about_engine "$1" python "")"
   echo "${version:+cpython${version/./}}"
 }
-engine_python() {
-  local prefix recipe
-  recipe="$(python_recipe "${1:-}")"
-  if [[ -n ${recipe} ]]; then
-    echo "$(engine_folder "${recipe}")/bin/python$(about_engine "$1" python "")"
+engine_python() { python_of_version "$(about_engine "${1:-}" python "")"; }
+# python_of_version [VERSION]: as above; the distribution's where none is named, or its own.
+python_of_version() {
+  local prefix recipe="cpython${1/./}"
+  if [[ -n $1 && -d ${root}/src/engines/${recipe} ]]; then
+    echo "$(engine_folder "${recipe}")/bin/python$1"
     return
   fi
   prefix="$(pkg-config --variable=exec_prefix python-3.11-embed 2>/dev/null)" || prefix=/usr
@@ -122,12 +124,20 @@ engine_releases() {
   local file="${root}/src/engines/$1/releases.txt"
   [[ ! -f ${file} ]] || sed -n 's/^\([0-9][^ ]*\) .*/\1/p' "${file}"
 }
+engines_with_releases() {
+  local file names=()
+  for file in "${root}"/src/engines/*/releases.txt; do
+    file="${file%/releases.txt}"
+    names+=("${file##*/}")
+  done
+  echo "${names[*]}" | sed 's/ /, /g; s/\(.*\), /\1 and /'
+}
 # add_releases NAME@VERSION|NAME@all: adds to releases.
 add_releases() {
   local name="${1%@*}" version="${1##*@}" known
   mapfile -t known < <(engine_releases "${name}")
   if [[ ${#known[@]} -eq 0 ]]; then
-    echo "assay: '$1' cannot be set up: there are releases of mujoco, and none of '${name}'" >&2
+    echo "assay: '$1' cannot be set up: there are releases of $(engines_with_releases), and none of '${name}'" >&2
     return 1
   elif [[ ${version} == all ]]; then
     releases+=("${known[@]/#/"${name}@"}")

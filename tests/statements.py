@@ -1353,14 +1353,16 @@ def as_good_as_the_best(runs):
 # ---- docs/releases.md ----------------------------------------------------------------------------------------------------
 
 @sentence("docs/releases.md")
-def a_humanoid_through_the_releases_of_mujoco(runs):
-    found = release_tables.course(max(ROOT.glob("results/releases-20[0-9][0-9]-*")) / "humanoid.json.xz")
-    ran = [each["release"] for each in found["releases"] if each["run"]]
-    assert ran == [each["release"] for each in found["releases"]], ran
-    for change in found["changes"]:  # neighbours, and only those whose bits differ
-        before, after = (next(each for each in found["releases"] if each["release"] == change[side]) for side in ("before", "after"))
-        assert ran.index(change["after"]) == ran.index(change["before"]) + 1 and before["bits"] != after["bits"], change
-    return release_tables.releases_table(found).strip().split("\n")[2:]
+def robots_through_the_releases(_):
+    folder = max(ROOT.glob("results/releases-20[0-9][0-9]-*"))
+    for runs in release_tables.courses(folder).values():
+        for found in runs:
+            bits = {each["release"]: each["bits"] for each in found["releases"] if each["run"]}
+            ran = list(bits)
+            for change in found["changes"]:  # neighbours, and only those whose bits differ
+                assert ran.index(change["after"]) == ran.index(change["before"]) + 1 and bits[change["before"]] != bits[change["after"]], change
+    tables = release_tables.blocks(ROOT / "docs/releases.md", folder)
+    return [line for table in tables.values() for line in table.strip().split("\n")[2:]]
 
 
 def check(report, only=None):

@@ -122,6 +122,8 @@ std::vector<MeasuredRelease> ReleaseRunner::run(const std::vector<Side>& sides, 
     }
     measured[i].tracks = std::move(sets[i].tracks);
     measured[i].values.falls = sets[i].fall_rate;
+    measured[i].values.velocity_error = sets[i].velocity_error;
+    measured[i].values.turning_error = sets[i].turning_error;
   }
   return measured;
 }
@@ -149,6 +151,8 @@ std::vector<std::vector<double>> ReleaseRunner::step_us(const std::vector<Side>&
       alone.add(std::move(job));
       alone.run({});
       if (interrupts.signal() != 0) throw SystemError("interrupted: nothing was found out");
+      if (progress_)
+        progress_(sides.size() * static_cast<size_t>(round) + i + 1, sides.size() * static_cast<size_t>(rounds));
     }
   }
   return found;

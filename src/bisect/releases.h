@@ -22,6 +22,7 @@ struct ReleaseValues {
   double joint_error = 0;       // m, between the anchors of a joint, the largest of a run
   double limit = 0;             // rad beyond a limit, the largest of a run
   std::optional<double> falls;  // share of the runs, under a policy that says when the robot has fallen
+  std::optional<double> velocity_error, turning_error;  // m/s, rad/s, under a policy with commands (RunSet)
 };
 
 struct MeasuredRelease {

@@ -41,7 +41,8 @@ void find_absent(const std::string& base, const Registry& registry, CampaignCont
       const std::vector<std::string> known = releases_of(engine);
       if (std::ranges::find(known, release) != known.end()) {
         const std::string name = in_build(engine, release);
-        contender.needs = AbsentEngine{name, error.what(), name, "10 seconds of compiling"};
+        contender.needs = AbsentEngine{name, error.what(), name,
+                                       registry.runs_python(engine) ? "a minute" : "10 seconds of compiling"};
       } else if (is_release(release)) {
         throw;
       }

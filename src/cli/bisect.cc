@@ -3,15 +3,17 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
-#include <set>
+#include <tuple>
 
 #include <fmt/format.h>
 #include <tinyxml2.h>
 
 #include "base/errors.h"
 #include "base/json.h"
+#include "base/option_values.h"
 #include "base/output_file.h"
 #include "base/quantity.h"
 #include "base/text.h"
@@ -37,6 +39,7 @@ constexpr int kMostProbeLines = 12;
 
 struct BisectOptions : ExplainOptions {
   std::optional<std::string> engine, contender, from, to, repeat, out, junit;
+  std::vector<std::string> settings;
   bool quick = false, speed = false, markdown = false, no_set_up = false;
 };
 
@@ -55,6 +58,13 @@ struct Explained {
   std::string no_probes;
   std::vector<Restoring> restored;
   std::optional<Interval> slower;  // the newer's time of a step over the older's
+};
+
+// The time of a step in one release, µs, and over that of the release that ran before it.
+struct StepTime {
+  size_t stage = 0;
+  Interval us;
+  std::optional<Interval> ratio;
 };
 
 std::string distance_text(double gap) { return gap == 0 ? "0" : gap < 1e-9 ? "< 1 nm" : quantity_text(gap, "m"); }
@@ -78,7 +88,11 @@ ResolvedContender contender_asked(const BisectOptions& options) {
     name = (*engine)->contenders().front().name;
   }
   if (name.empty()) throw InputError("which engine's releases? Give --engine mujoco, or --contender mujoco-rk4");
-  ResolvedContender contender = registry.resolve(without_build(name));
+  if (options.contender && build_of(name) != kBaseline) {
+    throw InputError(fmt::format("--contender is '{}': give '{}', and its releases with --from and --to", name,
+                                 without_build(name)));
+  }
+  ResolvedContender contender = registry.resolve(without_build(name), parse_settings(options.settings));
   const std::string engine = contender.engine->name();
   if (releases_of(engine).empty()) {
     throw InputError(fmt::format("--contender {} is of {}, of which there are no releases", name, engine));
@@ -126,11 +140,16 @@ std::string group_text(const std::vector<Stage>& stages, const ReleaseGroup& gro
   return group.first == group.last ? first : first + " to " + last;
 }
 
+Json interval_json(const Interval& of) { return {{"value", of.value}, {"low", of.low}, {"high", of.high}}; }
+
 Json values_json(const ReleaseValues& values) {
   Json json = {{"energy_J", values.energy},           {"contacts", values.contacts},
                {"penetration_m", values.penetration}, {"joint_error_m", values.joint_error},
-               {"limit_rad", values.limit},           {"falls", nullptr}};
+               {"limit_rad", values.limit},           {"falls", nullptr},
+               {"velocity_error_m_per_s", nullptr},   {"turning_error_rad_per_s", nullptr}};
   if (values.falls) json["falls"] = *values.falls;
+  if (values.velocity_error) json["velocity_error_m_per_s"] = *values.velocity_error;
+  if (values.turning_error) json["turning_error_rad_per_s"] = *values.turning_error;
   return json;
 }
 
@@ -160,10 +179,35 @@ Json change_json(const std::string& engine, const std::vector<Stage>& stages, co
                {"restoring", restored},
                {"changelog", changelog_of(engine, stages[of.change.after].release)},
                {"step_time_ratio", nullptr}};
-  if (of.slower) {
-    json["step_time_ratio"] = {{"value", of.slower->value}, {"low", of.slower->low}, {"high", of.slower->high}};
-  }
+  if (of.slower) json["step_time_ratio"] = interval_json(*of.slower);
   return json;
+}
+
+void add_groups(const std::vector<Stage>& stages, const ReleaseCourse& course,
+                const std::vector<MeasuredRelease>& measured, Answer& answer) {
+  std::vector<std::string> names = {"releases", "number", "energy at the end (J)", "touching pairs", "penetration"};
+  const ReleaseValues& first = measured[course.groups.front().first].values;  // all have what one has
+  if (first.falls) names.emplace_back("falls");
+  if (first.velocity_error) names.emplace_back("velocity error (m/s)");
+  names.emplace_back("");
+  std::vector<std::vector<std::string>> rows;
+  for (const ReleaseGroup& group : course.groups) {
+    const ReleaseValues& values = measured[group.first].values;
+    std::vector<std::string> row = {group_text(stages, group), fmt::format("{}", group.last - group.first + 1),
+                                    fmt::format("{:.6g}", values.energy), fmt::format("{:.3g}", values.contacts),
+                                    distance_text(values.penetration)};
+    if (first.falls) row.push_back(fmt::format("{:.0f} %", 100 * values.falls.value_or(0)));
+    if (first.velocity_error) {
+      row.push_back(values.velocity_error ? fmt::format("{:.3g}", *values.velocity_error) : "–");
+    }
+    row.emplace_back(group.inferred ? "ends alike, not all run" : "same bits");
+    rows.push_back(std::move(row));
+  }
+  std::vector<size_t> numbers;
+  for (size_t i = 1; i + 1 < names.size(); ++i) {
+    if (i != 4) numbers.push_back(i);
+  }
+  answer.table(std::move(names), std::move(rows), std::move(numbers));
 }
 
 void add_change(const std::string& robot, const ResolvedContender& contender, const std::vector<Stage>& stages,
@@ -183,6 +227,11 @@ void add_change(const std::string& robot, const ResolvedContender& contender, co
     }
     if (was.limit > 0 || is.limit > 0) {
       answer.fact("beyond limits", fmt::format("{:.3g} to {:.3g} rad", was.limit, is.limit));
+    }
+    for (const auto& [name, unit, old, young] :
+         {std::tuple("velocity error", "m/s", was.velocity_error, is.velocity_error),
+          std::tuple("turning error", "rad/s", was.turning_error, is.turning_error)}) {
+      if (old && young) answer.fact(name, fmt::format("{:.3g} to {:.3g} {}", *old, *young, unit));
     }
     if (was.falls && is.falls) {
       answer.fact("falls", fmt::format("{:.0f} % to {:.0f} % of the runs", 100 * *was.falls, 100 * *is.falls));
@@ -260,6 +309,54 @@ std::string junit_text(const std::string& robot, const std::vector<Stage>& stage
   return xml.CStr();
 }
 
+// The newer's time of a step over the older's, by looks of the same round; nothing where one of them failed.
+std::optional<Interval> ratio_of(const std::vector<double>& older, const std::vector<double>& newer) {
+  if (older.empty() || older.size() != newer.size()) return std::nullopt;
+  std::vector<double> ratios;
+  for (size_t i = 0; i < older.size(); ++i) ratios.push_back(newer[i] / older[i]);
+  return bootstrap_median(ratios, 1);
+}
+
+// By stage; those without a time have none.
+std::vector<StepTime> step_times(const std::vector<std::vector<double>>& times) {
+  std::vector<StepTime> found;
+  for (size_t i = 0; i < times.size(); ++i) {
+    if (times[i].empty()) continue;
+    StepTime time{i, bootstrap_median(times[i], 1), std::nullopt};
+    if (!found.empty()) time.ratio = ratio_of(times[found.back().stage], times[i]);
+    found.push_back(time);
+  }
+  return found;
+}
+
+Json step_times_json(const std::vector<Stage>& stages, const std::vector<StepTime>& times) {
+  Json json = Json::array();
+  for (const StepTime& time : times) {
+    json.push_back({{"release", stages[time.stage].release},
+                    {"step_us", interval_json(time.us)},
+                    {"to_the_one_before", time.ratio ? interval_json(*time.ratio) : Json(nullptr)}});
+  }
+  return json;
+}
+
+// Faster or slower is what the interval of the ratio says.
+void add_step_times(const std::vector<Stage>& stages, const std::vector<StepTime>& times, Answer& answer) {
+  std::vector<std::vector<std::string>> rows;
+  for (const StepTime& time : times) {
+    std::string ratio = "–", verdict;
+    if (time.ratio) {
+      ratio = fmt::format("{:.3f} [{:.3f}, {:.3f}]", time.ratio->value, time.ratio->low, time.ratio->high);
+      verdict = time.ratio->low > 1 ? "slower" : time.ratio->high < 1 ? "faster" : "";
+    }
+    rows.push_back({stages[time.stage].release,
+                    fmt::format("{:.4g} [{:.4g}, {:.4g}]", time.us.value, time.us.low, time.us.high), ratio, verdict});
+  }
+  answer.part("time of a step");
+  answer.line(
+      fmt::format("median of {} looks at whole runs, all releases in turns, with 95 % intervals", kSpeedRounds));
+  answer.table({"release", "µs", "over the release before", ""}, std::move(rows), {1, 2});
+}
+
 // ---- the command --------------------------------------------------------------------------------------------------------
 
 int run_bisect(const BisectOptions& options) {
@@ -283,13 +380,15 @@ int run_bisect(const BisectOptions& options) {
     Side side = question.a;
     side.name = release;
     side.contender = in_build(without_build(side.contender), release);
+    for (const auto& [name, value] : parse_settings(options.settings)) side.overrides[name] = value;
     stages.push_back({release, side});
   }
   ProgressLine progress;
   std::string doing = "releases";
-  ReleaseRunner runner(question, [&](size_t done, size_t of) {
+  const auto tell_progress = [&](size_t done, size_t of) {
     if (progress.due()) progress.show(fmt::format("{}: {}, {} of {} runs", question.model.name, doing, done, of));
-  });
+  };
+  ReleaseRunner runner(question, tell_progress);
   std::vector<MeasuredRelease> measured(stages.size());
   const RunReleases run = [&](const std::vector<size_t>& which) {
     std::vector<Side> sides;
@@ -336,24 +435,35 @@ int run_bisect(const BisectOptions& options) {
 
   std::vector<std::vector<double>> times(stages.size());
   if (options.speed) {
-    std::set<size_t> ends;
-    for (const ReleaseChange& change : course.changes) ends.insert({change.before, change.after});
+    std::vector<size_t> ran;
     std::vector<Side> sides;
-    for (const size_t i : ends) sides.push_back(stages[i].side);
-    progress.show(fmt::format("{}: time of a step", question.model.name));
-    const std::vector<std::vector<double>> found = runner.step_us(sides, kSpeedRounds);
-    size_t k = 0;
-    for (const size_t i : ends) times[i] = found[k++];
+    for (size_t i = 0; i < stages.size(); ++i) {
+      if (!course.results[i].usable() || course.results[i].bits.empty()) continue;
+      ran.push_back(i);
+      sides.push_back(stages[i].side);
+    }
+    doing = "time of a step";
+    std::vector<std::vector<double>> found = runner.step_us(sides, kSpeedRounds);
+    for (size_t k = 0; k < ran.size(); ++k) times[ran[k]] = std::move(found[k]);
   }
+  const std::vector<StepTime> speeds = step_times(times);
   std::vector<Explained> explained;
+  std::map<size_t, ProbeRun> probed;  // a release in the middle is on both sides of a change
+  const auto probes_of = [&](size_t i) -> const ProbeRun& {
+    const auto known = probed.find(i);
+    if (known != probed.end()) return known->second;
+    const std::string plugin = release_plugin(engine, stages[i].release);
+    doing = "probes of " + stages[i].release;
+    return probed[i] = has_probe_program(plugin) ? run_probes(plugin, 60)
+                                                 : run_suite_probes(stages[i].side, question.jobs, tell_progress);
+  };
   for (const ReleaseChange& change : course.changes) {
     Explained of;
     of.change = change;
     const MeasuredRelease &before = measured[change.before], &after = measured[change.after];
     of.size = apart(before.tracks, after.tracks, samples);
     of.rounding = of.size.mean <= tolerance;
-    const auto probes_of = [&](size_t i) { return run_probes(release_plugin(engine, stages[i].release), 60); };
-    const ProbeRun old = probes_of(change.before), young = probes_of(change.after);
+    const ProbeRun &old = probes_of(change.before), &young = probes_of(change.after);
     of.no_probes = !old.failure.empty() ? old.failure : young.failure;
     if (of.no_probes.empty()) of.probes = probe_changes(old.values, young.values);
     if (!of.rounding) {
@@ -361,12 +471,7 @@ int run_bisect(const BisectOptions& options) {
       of.restored = restoring(runner, stages[change.after].side, before, of.size.mean,
                               std::min(kRestoringStarts, question.starts), samples);
     }
-    const std::vector<double>&old_us = times[change.before], &new_us = times[change.after];
-    if (!old_us.empty() && old_us.size() == new_us.size()) {
-      std::vector<double> ratios;
-      for (size_t i = 0; i < old_us.size(); ++i) ratios.push_back(new_us[i] / old_us[i]);
-      of.slower = bootstrap_median(ratios, 1);
-    }
+    of.slower = ratio_of(times[change.before], times[change.after]);
     explained.push_back(std::move(of));
   }
   progress.clear();
@@ -380,6 +485,8 @@ int run_bisect(const BisectOptions& options) {
                {"seconds", question.seconds()},
                {"starts", question.starts},
                {"noise_m", noise},
+               {"settings", parse_settings(options.settings)},
+               {"step_times", step_times_json(stages, speeds)},
                {"releases", Json::array()},
                {"groups", Json::array()},
                {"changes", Json::array()}};
@@ -407,15 +514,7 @@ int run_bisect(const BisectOptions& options) {
                           shortest(question.seconds()), timestep_label(question.timestep_ms),
                           noise == 0 ? "repetitions of a release end in the same bits"
                                      : fmt::format("repetitions of a release are {} apart", distance_text(noise))));
-  std::vector<std::vector<std::string>> rows;
-  for (const ReleaseGroup& group : course.groups) {
-    const ReleaseValues& values = measured[group.first].values;
-    rows.push_back({group_text(stages, group), fmt::format("{}", group.last - group.first + 1),
-                    fmt::format("{:.6g}", values.energy), fmt::format("{:.3g}", values.contacts),
-                    distance_text(values.penetration), group.inferred ? "ends alike, not all run" : "same bits"});
-  }
-  answer.table({"releases", "number", "energy at the end (J)", "touching pairs", "penetration", ""}, std::move(rows),
-               {1, 2, 3});
+  add_groups(stages, course, measured, answer);
   for (size_t i = 0; i < stages.size(); ++i) {
     if (measured[i].result.usable()) continue;
     answer.line(fmt::format("left out: {} ({})", stages[i].release, measured[i].result.failure));
@@ -426,6 +525,7 @@ int run_bisect(const BisectOptions& options) {
                               stages[of.change.after].release, of.change.after - of.change.before));
     }
   }
+  if (!speeds.empty()) add_step_times(stages, speeds, answer);
   for (const Explained& of : explained) {
     add_change(request.model, contender, stages, of, measured, options.speed, answer);
   }
@@ -456,10 +556,12 @@ void add_bisect(CLI::App& app, Action& action) {
        {"assay bisect my_robot.xml --contender mujoco-implicitfast --from 3.6.0 --to 3.7.0 --timestep 5",
         "one step, and by which mechanism"},
        {"assay bisect cart_pole.xml --engine mujoco --policy-config policy.toml --quick", "under a policy, by halves"},
+       {"assay bisect humanoid --contender drake-sap --from 1.50.0", "an engine with a Python package"},
        {"assay bisect humanoid --engine mujoco --from 3.7.0 --to 3.7.0 --repeat 20", "the noise of one release"}});
   const auto options = std::make_shared<BisectOptions>();
   add_robot(*command, *options, "ROBOT");
-  command->add_option("--engine", options->engine, "Engine with releases, as mujoco: its first contender is run")
+  command
+      ->add_option("--engine", options->engine, "Engine with releases, as mujoco or drake: its first contender is run")
       ->type_name("ENGINE");
   command->add_option("--contender", options->contender, "Contender of the engine to run instead")
       ->type_name("CONTENDER");
@@ -467,7 +569,11 @@ void add_bisect(CLI::App& app, Action& action) {
   command->add_option("--to", options->to, "Newest release (default: the newest there is)")->type_name("RELEASE");
   command->add_flag("--quick", options->quick, "Halve between releases that differ instead of running all")
       ->disable_flag_override();
-  command->add_flag("--speed", options->speed, "Measure the time of a step on both sides of each change, too")
+  command
+      ->add_option("--set", options->settings, "Overrides a setting of the contender in all releases; may be repeated")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  command->add_flag("--speed", options->speed, "Measure the time of a step in all releases that run, too")
       ->disable_flag_override();
   command->add_option("--repeat", options->repeat, "Repetitions of one release instead (--from and --to the same)")
       ->type_name("N");

@@ -79,7 +79,7 @@ std::vector<std::string> engine_files() {
   files.push_back(program_path());
   const fs::path program = fs::path(program_path()).parent_path(), cache = cache_dir();
   for (const char* folder : {"../lib/assay", "../releases"}) files.push_back((program / folder).lexically_normal());
-  for (const char* folder : {"engines", "libraries", "python"}) files.push_back(cache / folder);
+  for (const char* folder : {"engines", "libraries", "python", "declarations"}) files.push_back(cache / folder);
   for (std::string& prefix : python_prefixes(cache / "python")) files.push_back(std::move(prefix));
   // the interpreter that the Python package was installed in
   for (const char* variable : {"ASSAY_PYTHON_HOME", "ASSAY_PYTHON_LIBRARY"}) {

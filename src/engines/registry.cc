@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <dlfcn.h>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <string_view>
 #include <tuple>
@@ -115,13 +116,23 @@ void require_compliance(const std::string& contender, const std::vector<Setting>
 }
 
 std::string name_of(const std::string& plugin) {
-  return fs::path(plugin).stem().string().substr(std::string_view(kPluginPrefix).size());
+  // a folder's name can end in a release: what follows its last dot is no extension
+  const fs::path path = plugin;
+  const bool is_file = path.extension() == ".so" || path.extension() == ".py";
+  return (is_file ? path.stem() : path.filename()).string().substr(std::string_view(kPluginPrefix).size());
 }
 
 // Of adapters in Python, by their paths; "" where it is not known.
 std::map<std::string, std::string>& declarations() {
   static std::map<std::string, std::string> known;
   return known;
+}
+
+void keep_told(const std::map<std::string, std::string>& told) {
+  for (const auto& [plugin, declaration] : told) {
+    declarations()[plugin] = declaration;
+    keep_declaration(name_of(plugin), plugin, declaration);
+  }
 }
 
 // What every command asks of an engine without a model. Not build(), which may start a program to ask it for its
@@ -134,6 +145,19 @@ void ask(const Engine& engine) {
     for (const auto& [key, value] : contender.set) its_own.values.at(key) = value;
     static_cast<void>(engine.capabilities(its_own));
   }
+}
+
+// What the trial of a plugin does, in a process that ends: loads it and asks. `load` gives null where that fails.
+// Returns what an adapter in Python declares, where that is not known.
+std::string load_and_ask(const std::string& plugin, const std::function<const Engine*()>& load) {
+  const bool asks = is_python(plugin) && declarations()[plugin].empty() && !is_python_process();
+  try {
+    if (asks) declarations()[plugin] = declare_in_python(name_of(plugin), plugin);
+  } catch (const std::exception& error) {
+    throw RefusedPlugin(error.what());
+  }
+  if (const Engine* engine = load()) ask(*engine);
+  return asks ? declarations()[plugin] : "";
 }
 
 const Engine* engine_of(const std::vector<const Engine*>& engines, const std::string& contender) {
@@ -215,20 +239,12 @@ Registry::Registry() {
   const PluginTrial trial = try_plugins(plugins, unknown, [&](const std::string& plugin) -> std::string {
     const std::string name = name_of(plugin);
     if (paths_.contains(name)) return "";
-    const bool asks = std::ranges::find(unknown, plugin) != unknown.end();
-    try {
-      if (asks) declarations()[plugin] = declare_in_python(name, plugin);
-    } catch (const std::exception& error) {
-      throw RefusedPlugin(error.what());
-    }
-    load(plugin);
-    if (paths_.contains(name)) ask(*owned_.back());
-    return asks ? declarations()[plugin] : "";
+    return load_and_ask(plugin, [&] {
+      load(plugin);
+      return paths_.contains(name) ? owned_.back().get() : nullptr;
+    });
   });
-  for (const auto& [plugin, declaration] : trial.told) {
-    declarations()[plugin] = declaration;
-    keep_declaration(name_of(plugin), plugin, declaration);
-  }
+  keep_told(trial.told);
   for (const std::string& plugin : plugins) {
     const auto found = trial.refused.find(plugin);
     if (found == trial.refused.end()) {
@@ -265,7 +281,7 @@ void Registry::load(const std::string& path) {
         if (!folder.empty()) environments_.push_back(folder);
       }
       paths_[name] = path;
-      engines_.push_back(engine.get());
+      (build_of(name) == kBaseline ? engines_ : other_builds_).push_back(engine.get());
       owned_.push_back(std::move(engine));
     } catch (const std::exception& error) {
       absent_.push_back({name, fmt::format("'{}' {}", path, error.what())});
@@ -321,18 +337,21 @@ void Registry::load_release(const std::string& contender, const std::string& rel
   if (paths_.contains(name) || std::ranges::find(absent_, name, &AbsentEngine::name) != absent_.end()) return;
   const std::string plugin = release_plugin(engine->name(), release);
   if (plugin.empty()) return;
+  if (is_python(plugin)) declarations()[plugin] = kept_declaration(name, plugin);
   // tried in a process of its own, as all are; processes that this one starts load it at once
   std::vector<std::string> tried = folders_in(kReleasesTried);
   if (std::ranges::find(tried, plugin) == tried.end()) {
-    const PluginTrial trial = try_plugins({plugin}, {plugin}, [&](const std::string& path) -> std::string {
-      load(path);
-      if (paths_.contains(name)) ask(*owned_.back());
-      return "";
+    const PluginTrial trial = try_plugins({plugin}, {plugin}, [&](const std::string& path) {
+      return load_and_ask(path, [&] {
+        load(path);
+        return paths_.contains(name) ? owned_.back().get() : nullptr;
+      });
     });
     if (const auto found = trial.refused.find(plugin); found != trial.refused.end()) {
       absent_.push_back({name, fmt::format("'{}' {}", plugin, found->second)});
       return;
     }
+    keep_told(trial.told);
     tried.push_back(plugin);
     ::setenv(kReleasesTried, join(tried, ":").c_str(), 1);
   }
@@ -365,7 +384,9 @@ std::string Registry::plugin_hash(const std::string& engine) const {
   const fs::path plugin = paths_.at(engine);
   if (!is_python(plugin)) return file_hash(plugin);
   // what the engine's answers come from: adapter, pins of its packages, host
-  const PythonFacts facts = python_facts(**std::ranges::find(engines_, engine, &Engine::name));
+  const auto made =
+      std::ranges::find_if(owned_, [&](const std::unique_ptr<const Engine>& each) { return each->name() == engine; });
+  const PythonFacts facts = python_facts(**made);
   std::vector<std::string> files = {facts.host, facts.module};
   if (fs::is_directory(plugin)) {
     for (const auto& entry : fs::directory_iterator(plugin)) {

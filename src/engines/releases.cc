@@ -75,10 +75,13 @@ std::string release_plugin(const std::string& engine, const std::string& release
   const std::string key = adapter_key(engine), cache = cache_dir();
   if (key.empty() || cache.empty()) return "";
   const std::string name = fmt::format("{}@{}", engine, release);
-  const fs::path plugin =
-      fs::path(cache) / "engines" / fmt::format("{}-{}", name, key) / fmt::format("assay-engine-{}.so", name);
+  const fs::path folder = fs::path(cache) / "engines" / fmt::format("{}-{}", name, key);
   std::error_code error;
-  return fs::exists(plugin, error) ? plugin.string() : "";
+  for (const char* ending : {".so", ""}) {  // compiled, or an adapter in Python
+    const fs::path plugin = folder / fmt::format("assay-engine-{}{}", name, ending);
+    if (fs::exists(plugin, error)) return plugin.string();
+  }
+  return "";
 }
 
 }  // namespace assay

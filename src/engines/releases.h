@@ -21,7 +21,8 @@ std::vector<std::string> releases_ready(const std::string& engine);
 // Where the engine's authors say what is new in `release`: an address; empty where the list names none.
 std::string changelog_of(const std::string& engine, const std::string& release);
 
-// The plugin `engine`@`release`, made for this program by set-up; empty where it is not there.
+// The plugin `engine`@`release`, made for this program by set-up: a library, or the folder of an adapter in Python with
+// an environment of its own; empty where it is not there.
 std::string release_plugin(const std::string& engine, const std::string& release);
 
 }  // namespace assay

@@ -17,8 +17,10 @@ namespace assay {
 struct RunSet {
   std::vector<Track> tracks;        // by start; shorter than the others where the run ended early
   std::optional<double> fall_rate;  // under a policy that says when the robot has fallen
-  std::string failure;              // why there is no run at all; "" where there are
-  std::string early;                // how runs ended before their time; "" where none did
+  // Under a policy with commands, means over the runs while the robot is up (measures/transfer.h).
+  std::optional<double> velocity_error, turning_error;  // m/s, rad/s
+  std::string failure;                                  // why there is no run at all; "" where there are
+  std::string early;                                    // how runs ended before their time; "" where none did
 };
 
 // Makes runs of several sides, each from the starts 0 to `starts` - 1, of which equal numbers mean equal states.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
+#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
@@ -49,7 +51,7 @@ class WorkerRunner {
     }
     std::vector<RunSet> sets(sides.size());
     for (RunSet& set : sets) set.tracks.resize(static_cast<size_t>(starts));
-    std::vector<Falls> falls(sides.size());
+    std::vector<TaskValues> tasks(sides.size());
     for (size_t j = 0; j < jobs.size(); ++j) {
       jobs[j].trajectories = folder_.path();
       jobs[j].limit_s = plan_.limit_s;
@@ -60,11 +62,11 @@ class WorkerRunner {
         ++done_;
         if (plan_.progress) plan_.progress(done_, of_);
       };
-      job.on_end = [this, &sets, &falls, runs = jobs[j].runs, own = of_job[j]](const JobEnd& end) {
+      job.on_end = [this, &sets, &tasks, runs = jobs[j].runs, own = of_job[j]](const JobEnd& end) {
         for (size_t k = 0; k < own.size(); ++k) {
           const bool answered = end.answer && k < end.answer->cells.size();
           take(answered ? end.answer->cells[k] : CellResult{measure(), end.failure, {}, {}}, runs[k].save, own[k],
-               sets[own[k].side], falls[own[k].side]);
+               sets[own[k].side], tasks[own[k].side]);
         }
       };
       job.request = std::move(jobs[j]);
@@ -73,7 +75,9 @@ class WorkerRunner {
     pool_.run({});
     if (interrupts_.signal() != 0) throw SystemError("interrupted: nothing was found out");
     for (size_t i = 0; i < sides.size(); ++i) {
-      if (falls[i].runs > 0) sets[i].fall_rate = falls[i].falls / falls[i].runs;
+      sets[i].fall_rate = tasks[i].mean("fall_rate");
+      sets[i].velocity_error = tasks[i].mean("velocity_error");
+      sets[i].turning_error = tasks[i].mean("turning_error");
       const bool any = std::ranges::any_of(sets[i].tracks, [](const Track& track) { return track.samples() > 0; });
       if (any) sets[i].early = std::exchange(sets[i].failure, "");
     }
@@ -86,9 +90,15 @@ class WorkerRunner {
     size_t side = 0;
     int first = 0, count = 0;
   };
-  struct Falls {
-    double falls = 0;
-    int runs = 0;
+  // Sums over the starts of one side, of what a policy's runs are measured by.
+  struct TaskValues {
+    std::map<std::string, std::pair<double, int>> sums;
+
+    std::optional<double> mean(const std::string& name) const {
+      const auto found = sums.find(name);
+      if (found == sums.end()) return std::nullopt;
+      return found->second.first / found->second.second;
+    }
   };
 
   const char* measure() const { return plan_.policy ? "transfer" : "reference"; }
@@ -114,14 +124,15 @@ class WorkerRunner {
     return run;
   }
 
-  void take(const CellResult& cell, const std::string& address, const Part& part, RunSet& set, Falls& falls) const {
+  void take(const CellResult& cell, const std::string& address, const Part& part, RunSet& set, TaskValues& task) const {
     if (cell.ending.outcome != Outcome::kOk) {
       set.failure = fmt::format("{} ({})", outcome_text(cell.ending.outcome), cell.ending.reason);
     }
     for (const Value& value : cell.values) {
-      if (value.name != "fall_rate" || !value.value) continue;
-      falls.falls += *value.value * part.count;
-      falls.runs += part.count;
+      if (!value.value) continue;
+      auto& [sum, runs] = task.sums[value.name];
+      sum += *value.value * part.count;
+      runs += part.count;
     }
     for (int i = part.first; i < part.first + part.count; ++i) {
       const std::string own = part.count > 1 ? fmt::format("{}-{}", address, i) : address;

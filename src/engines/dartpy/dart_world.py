@@ -76,10 +76,12 @@ class Simulation:
         self.world = world = dart.simulation.World("assay")
         world.setTimeStep(settings.timestep)
         world.setGravity(np.array(model.gravity))
-        world.setNumSimulationThreads(1)
-        off = dart.simulation.DeactivationOptions()
-        off.mEnabled = False
-        world.setDeactivationOptions(off)
+        if hasattr(world, "setNumSimulationThreads"):  # since 6.20; before there is one
+            world.setNumSimulationThreads(1)
+        if hasattr(world, "setDeactivationOptions"):  # since 6.19; before nothing sleeps
+            off = dart.simulation.DeactivationOptions()
+            off.mEnabled = False
+            world.setDeactivationOptions(off)
         self.make_solver()
         self.trees, self.bodies, self.joints = [], [], [None] * len(model.joints)
         self.balls, self.free = [None] * len(model.balls), []
@@ -98,11 +100,11 @@ class Simulation:
         settings, solver = self.settings, self.world.getConstraintSolver()
         detector = {"ode": "OdeCollisionDetector", "bullet": "BulletCollisionDetector", "dart": "DARTCollisionDetector"}
         solver.setCollisionDetector(getattr(dart.collision, detector[settings["detector"]])())
-        solver.setSplitImpulseEnabled(settings["split_impulse"])
-        pgs = solver.getSecondaryBoxedLcpSolver()
         option = dart.constraint.PgsBoxedLcpSolverOption(settings["pgs_iterations"], 1e-6, settings["pgs_tolerance"])
-        pgs.setOption(option)
         kind = settings["lcp"]
+        if hasattr(solver, "getSecondaryBoxedLcpSolver"):  # since 6.20; check() refuses what older ones lack
+            solver.setSplitImpulseEnabled(settings["split_impulse"])
+            solver.getSecondaryBoxedLcpSolver().setOption(option)
         if kind == "pgs":  # another object than the secondary one: DART ignores the same one
             primary = dart.simulation.World("other").getConstraintSolver().getSecondaryBoxedLcpSolver()
             primary.setOption(option)

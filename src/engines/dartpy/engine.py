@@ -1,4 +1,4 @@
-"""DART 6.20: joint coordinates; contacts and limits as a linear complementarity problem, or as cones.
+"""DART 6: joint coordinates; contacts and limits as a linear complementarity problem, or as cones.
 
 README.md says what is exact, what is approximated, what is refused and which defaults are overridden.
 """
@@ -13,12 +13,15 @@ SOLVERS = {
     "fbf": ("forward-backward-forward splitting", "elliptic"),
 }
 DETECTORS = ("ode", "bullet", "dart")
+# What Python did not have before, or, of the detector dart, what let spheres fall through planes.
+SINCE_6_20 = {("detector", "ode"), ("detector", "dart"), ("lcp", "pgs"), ("lcp", "nsgs"), ("lcp", "fbf"), ("split_impulse", True)}
 LEAST_FRICTION = 1e-3  # DART treats pairs with at most this coefficient as frictionless
 
 
 class Engine(assay.Engine):
     version = assay.pinned("dartpy", __file__)
     source = f"PyPI dartpy {version}, prebuilt"
+    short = ".".join(version.split(".")[:2])
 
     def settings(self):
         return [
@@ -45,9 +48,9 @@ class Engine(assay.Engine):
             return assay.Contender(name=name, summary=summary, set=values)
 
         return [
-            contender("dartpy", "DART 6.20, joint coordinates, Dantzig's LCP solver"),
-            contender("dartpy-pgs", "DART 6.20, joint coordinates, projected Gauss-Seidel", lcp="pgs"),
-            contender("dartpy-nsgs", "DART 6.20, joint coordinates, nonsmooth Gauss-Seidel with elliptic cones", lcp="nsgs"),
+            contender("dartpy", f"DART {self.short}, joint coordinates, Dantzig's LCP solver"),
+            contender("dartpy-pgs", f"DART {self.short}, joint coordinates, projected Gauss-Seidel", lcp="pgs"),
+            contender("dartpy-nsgs", f"DART {self.short}, joint coordinates, nonsmooth Gauss-Seidel with elliptic cones", lcp="nsgs"),
         ]
 
     def capabilities(self, settings):
@@ -72,6 +75,10 @@ class Engine(assay.Engine):
 
     def check(self, model, settings):
         limitations = []
+        if tuple(map(int, self.short.split("."))) < (6, 20):
+            limitations += [assay.Limitation(element=f"setting {name}", what=assay.refused(
+                f"DART {self.version} does not have it in Python: set detector=bullet, lcp=dantzig, split_impulse=off")) for name in ("detector", "lcp", "split_impulse")
+                if (name, settings[name]) in SINCE_6_20]
         for joint in model.joints:
             if joint.stiffness < 0 or joint.damping < 0:
                 limitations.append(assay.Limitation(

@@ -112,18 +112,21 @@ void obtain_engines(const Campaign& campaign, const std::vector<std::string>* co
 void obtain_releases(const std::vector<std::string>& contenders) {
   const Registry& registry = Registry::instance();
   std::set<std::string> lacking;
+  bool environments = false;
   for (const std::string& name : contenders) {
     const std::string plain = without_build(name), release = build_of(name);
     if (!is_release(release) || !registry.has(plain)) continue;
     const std::string engine = registry.resolve(plain).engine->name();
     const std::vector<std::string> known = releases_of(engine);
     const bool there = !release_plugin(engine, release).empty();
-    if (!there && std::ranges::find(known, release) != known.end()) lacking.insert(in_build(engine, release));
+    if (there || std::ranges::find(known, release) == known.end()) continue;
+    lacking.insert(in_build(engine, release));
+    environments = environments || registry.runs_python(engine);
   }
   if (lacking.empty() || launcher().empty() || !variable(kTried).empty()) return;
-  message(fmt::format("{} not set up: {} first, some 10 s each (--no-set-up goes on without)",
+  message(fmt::format("{} not set up: {} first, some {} each (--no-set-up goes on without)",
                       counted(lacking.size(), "release is", "releases are"),
-                      lacking.size() == 1 ? "it is made" : "they are made"));
+                      lacking.size() == 1 ? "it is made" : "they are made", environments ? "200 to 400 MB" : "10 s"));
   start_again({lacking.begin(), lacking.end()});
 }
 

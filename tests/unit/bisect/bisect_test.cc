@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 
 #include "bisect/probes.h"
+#include "conformance/conformance.h"
 
 namespace assay {
 namespace {
@@ -90,6 +91,21 @@ TEST(Probes, DifferenceBeyondRoundingIsAChange) {
   const std::vector<ProbeChange> changes = probe_changes(before, after);
   ASSERT_THAT(changes, SizeIs(1));
   EXPECT_EQ(probe_change_text(changes[0]), "margins (two): contacts 0 to 1");
+}
+
+TEST(Probes, AFigureHasToMoveByWhatCounts) {
+  const std::vector<ProbeValue> before = {{"conformance", "free-fall", "figure", "m", 1e-6, 1e-8}};
+  std::vector<ProbeValue> after = before;
+  after[0].value += 0.9e-8;
+  EXPECT_THAT(probe_changes(before, after), IsEmpty());
+  after[0].value += 0.2e-8;
+  EXPECT_THAT(probe_changes(before, after), SizeIs(1));
+}
+
+TEST(Probes, OfTheSuiteAreTestsOfIt) {
+  std::set<std::string> known;
+  for (const ConformanceTest& test : conformance_tests()) known.insert(test.name);
+  for (const char* name : suite_probes()) EXPECT_TRUE(known.contains(name)) << name;
 }
 
 }  // namespace
