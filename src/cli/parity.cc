@@ -71,8 +71,8 @@ bool is_model(const std::string& word) {
   std::error_code error;
   const std::string ending = std::filesystem::path(word).extension().string();
   if (ending == ".xml" || ending == ".urdf" || ending == ".mjcf" || word.starts_with("robots:")) return true;
-  if (std::ranges::find(Registry::instance().contender_names(), word) != Registry::instance().contender_names().end()) return false;
-  const std::vector<std::string> systems = system_names();
+  const std::vector<std::string> contenders = Registry::instance().contender_names(), systems = system_names();
+  if (std::ranges::find(contenders, word) != contenders.end()) return false;
   return std::ranges::find(systems, word) != systems.end() || std::filesystem::is_regular_file(word, error);
 }
 

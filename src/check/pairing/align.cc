@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 
 #include "model/joint.h"
@@ -152,6 +153,9 @@ class Placer {
       if (body_a.is_free()) shifted_to(still, points.from[k], points.to[k]);
     }
     if (const auto fit = best_fit(points.from, points.to)) ways.push_back(*fit);
+    for (const Quat& q : principal_turns(body_a, body_b)) {
+      for (size_t k = 0; k < points.from.size() && k < 6; ++k) ways.push_back({points.to[k] - q * points.from[k], q});
+    }
 
     double least = std::numeric_limits<double>::infinity();
     for (const Pose& way : ways) {
@@ -162,6 +166,22 @@ class Placer {
     if (line_a.type == JointType::kHinge || line_a.type == JointType::kSlide) {
       out_.reversed[static_cast<size_t>(i)] = (out_.X_AB[static_cast<size_t>(i)].q * line_b.axis).dot(line_a.axis) < 0;
     }
+  }
+
+  // The four rotations that bring B's principal axes to A's; none where two moments are nearly equal.
+  static std::vector<Quat> principal_turns(const Body& a, const Body& b) {
+    std::vector<Quat> turns;
+    if (a.mass == 0 || b.mass == 0) return turns;
+    const Eigen::SelfAdjointEigenSolver<Mat3> of_a(a.I_BBcm_B), of_b(b.I_BBcm_B);
+    const Vec3 moments = of_a.eigenvalues();
+    if (std::min(moments[1] - moments[0], moments[2] - moments[1]) < 0.02 * moments[2]) return turns;
+    const Mat3 U = of_a.eigenvectors();
+    Mat3 V = of_b.eigenvectors();
+    if ((U * V.transpose()).determinant() < 0) V.col(0) = -V.col(0);
+    for (const Vec3& signs : {Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1), Vec3(-1, -1, 1)}) {
+      turns.push_back(Quat(Mat3(U * signs.asDiagonal() * V.transpose())).normalized());
+    }
+    return turns;
   }
 
   static double of_mass(const Body& a, const Body& b, const Pose& way) {

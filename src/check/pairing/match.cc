@@ -30,7 +30,7 @@ std::string core_of(const std::string& name) {
     if (is_word) words.back() += static_cast<char>(std::tolower(byte));
   }
   std::erase_if(words, [](const std::string& word) {
-    return word.empty() || word == "joint" || word == "link" || word == "body" || word == "jnt" || word == "j" || word == "l";
+    return word.empty() || word == "joint" || word == "link" || word == "body" || word == "jnt";
   });
   return join(words, " ");
 }
