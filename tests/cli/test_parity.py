@@ -143,6 +143,24 @@ class TwoFiles(AssayTest):
         self.run_assay("parity", a, b, "--write", "agreed.xml")
         self.assertEqual(self.compared(a, "agreed.xml", status=0)["verdict"], "same")
 
+    def test_a_converted_file_is_the_pair(self):
+        for seed in range(3):
+            _, a, b, _ = self.pair("urdf-mjcf", seed, False)
+            for source in (a, b):
+                for to, ending in (("mjcf", "xml"), ("urdf", "urdf")):
+                    with self.subTest(seed=seed, source=source, to=to):
+                        self.assay("convert", source, "--to", to, "--out", f"converted.{ending}")
+                        self.assertEqual(self.compared(source, f"converted.{ending}", status=0)["verdict"], "same")
+        _, a, _, _ = self.pair("mjcf-mjcf", 2, False)
+        done = self.run_assay("convert", a, "--to", "urdf", "-o", "full.urdf")
+        self.assertIn("URDF has no armature of joints", done.stderr)
+        self.assertIn("URDF has no drives but motors", done.stderr)
+        parameters = {each["parameter"] for each in self.compared(a, "full.urdf", status=1)["differences"]}
+        self.assertEqual(parameters, {"armature"})
+        done = self.run_assay("convert", a, "--to", "sdf", "-o", "x")
+        self.assertEqual((done.returncode, done.stdout), (2, ""))
+        self.check_sentence(done.stderr, ["--to is 'sdf'", "mjcf or urdf"])
+
     def test_is_a_section_of_the_report(self):
         self.write("small.toml", campaign("small", [4], ["drift"], duration_s=0.064, sample_ms=32))
         self.assay("run", "small.toml", "--out", "results")

@@ -12,11 +12,6 @@ namespace {
 
 constexpr int kGone = -2;
 
-Pose turned_about(const Vec3& point, const Eigen::AngleAxisd& turn) {
-  const Quat q(turn);
-  return {point - q * point, q};
-}
-
 // Drops the terms of joints that are gone; their positions are 0.
 void keep_terms(std::vector<JointTerm>& terms, const std::vector<int>& joint_of) {
   std::vector<JointTerm> kept;
@@ -208,20 +203,6 @@ class Fusion {
 };
 
 }  // namespace
-
-Model from_zero(Model model) {
-  for (Joint& joint : model.joints) {
-    if (joint.reference == 0) continue;
-    Body& body = model.bodies[static_cast<size_t>(joint.body)];
-    if (joint.is_slide()) {
-      body.X_PB.p -= body.X_PB.q * (joint.reference * joint.axis_B);
-    } else {
-      body.X_PB = body.X_PB * turned_about(joint.p_BJ, Eigen::AngleAxisd(-joint.reference, joint.axis_B));
-    }
-    joint.reference = 0;
-  }
-  return model;
-}
 
 bool is_descendant(const Model& model, int body, int of) {
   while (body != of && body != kWorld) body = model.bodies[static_cast<size_t>(body)].parent;

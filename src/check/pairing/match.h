@@ -16,9 +16,6 @@ struct BodyMatch {
   How how = How::kName;
 };
 
-// The model with positions measured from 0: at 0 every joint has its body at X_PB (Joint::reference is 0).
-Model from_zero(Model model);
-
 // "joint 'knee'", "free body 'torso'": what a body is called here.
 std::string name_of(const Model& model, int body);       // of its joint, of a free body its own
 std::string element_of(const Model& model, int body);    // with its noun

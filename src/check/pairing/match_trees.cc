@@ -7,6 +7,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "load/model_urdf.h"
 #include "model/joint.h"
 
 namespace assay::pairing {

@@ -9,7 +9,7 @@
 namespace assay::pairing {
 
 struct Trees {
-  Model whole_a, whole_b;           // from_zero()
+  Model whole_a, whole_b;           // from_zero() (load/model_urdf.h)
   std::vector<BodyMatch> matches;   // of their bodies
   Locked a, b;
   Placement placement;              // of the locked ones
