@@ -44,7 +44,8 @@ int run_convert(const ConvertOptions& options) {
   const std::string meshes = out.stem().string() + "-meshes";
   const WrittenUrdf written = model_urdf(model, meshes);
   if (!written.meshes.empty()) {
-    if (options.out == "-") throw InputError("'-' is standard output, and the model has meshes, which need files: give --out FILE");
+    if (options.out == "-")
+      throw InputError("'-' is standard output, and the model has meshes, which need files: give --out FILE");
     make_own_folder(out.parent_path() / meshes);
     for (const WrittenUrdf::Mesh& mesh : written.meshes) write_file((out.parent_path() / mesh.file).string(), mesh.stl);
   }
@@ -56,14 +57,16 @@ int run_convert(const ConvertOptions& options) {
 }  // namespace
 
 void add_convert(CLI::App& app, Action& action) {
-  CLI::App* command = add_command(app, "convert", "Write a model as MJCF or URDF, and say what the format lacks",
-                                  {{"assay convert my_robot.urdf --to mjcf --out my_robot.xml", "all that the URDF file says"},
-                                   {"assay convert my_robot.xml --to urdf --out my_robot.urdf", "then assay parity my_robot.xml my_robot.urdf"}});
+  CLI::App* command = add_command(
+      app, "convert", "Write a model as MJCF or URDF, and say what the format lacks",
+      {{"assay convert my_robot.urdf --to mjcf --out my_robot.xml", "all that the URDF file says"},
+       {"assay convert my_robot.xml --to urdf --out my_robot.urdf", "then assay parity my_robot.xml my_robot.urdf"}});
   const auto options = std::make_shared<ConvertOptions>();
   add_model_options(*command, options->model);
   command->add_option("--to", options->to, "mjcf or urdf")->required()->type_name("FORMAT");
   command
-      ->add_option("--out,-o", options->out, "File to write; '-' is standard output. Meshes of a URDF file go to a folder next to it")
+      ->add_option("--out,-o", options->out,
+                   "File to write; '-' is standard output. Meshes of a URDF file go to a folder next to it")
       ->required()
       ->type_name("FILE");
   command->callback([&action, options] { action = [options] { return run_convert(*options); }; });

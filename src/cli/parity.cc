@@ -82,7 +82,8 @@ pairing::Options pairing_options(const ParityOptions& options) {
   for (const std::string& text : options.map) {
     const size_t equals = text.find('=');
     if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
-      throw InputError(fmt::format("--map is '{}': write it as A_NAME=B_NAME, a joint, body or actuator of each file", text));
+      throw InputError(
+          fmt::format("--map is '{}': write it as A_NAME=B_NAME, a joint, body or actuator of each file", text));
     }
     pairing.map.emplace_back(text.substr(0, equals), text.substr(equals + 1));
   }
@@ -92,14 +93,15 @@ pairing::Options pairing_options(const ParityOptions& options) {
 // Two files.
 int run_pairing(const ParityOptions& options) {
   if (options.contenders.size() > 1) {
-    throw InputError(fmt::format("'{}' follows on two files: two files are compared in one contender, which --contender names",
-                                 options.contenders[1]));
+    throw InputError(
+        fmt::format("'{}' follows on two files: two files are compared in one contender, which --contender names",
+                    options.contenders[1]));
   }
   const pairing::Options how = pairing_options(options);
   const double fail_above = options.fail_above ? parse_quantity("--fail-above", *options.fail_above, "1") : 0;
   const ResolvedContender contender = Registry::instance().resolve(options.contender.value_or("mujoco-euler"));
-  const auto [a, b] =
-      pairing::read_pair(find_model(options.model.model), find_model(options.contenders[0]), load_options(options.model));
+  const auto [a, b] = pairing::read_pair(find_model(options.model.model), find_model(options.contenders[0]),
+                                         load_options(options.model));
   for (const pairing::Side* side : {&a, &b}) {
     if (side->model.dof() == 0) throw InputError(fmt::format("nothing moves in '{}'", side->file));
   }
@@ -122,10 +124,12 @@ int run_pairing(const ParityOptions& options) {
 
 int run_parity(const ParityOptions& options) {
   if (!options.contenders.empty() && is_model(options.contenders[0])) return run_pairing(options);
-  for (const auto& [option, given] : {std::pair("--map", !options.map.empty()), std::pair("--contender", options.contender.has_value()),
-                                      std::pair("--fail-above", options.fail_above.has_value()),
-                                      std::pair("--write", options.write.has_value()), std::pair("--matches", options.matches)}) {
-    if (given) throw InputError(fmt::format("{} is for two files: give a second one behind '{}'", option, options.model.model));
+  for (const auto& [option, given] :
+       {std::pair("--map", !options.map.empty()), std::pair("--contender", options.contender.has_value()),
+        std::pair("--fail-above", options.fail_above.has_value()), std::pair("--write", options.write.has_value()),
+        std::pair("--matches", options.matches)}) {
+    if (given)
+      throw InputError(fmt::format("{} is for two files: give a second one behind '{}'", option, options.model.model));
   }
   const Model model = load(options.model);
   if (model.dof() == 0) throw InputError("nothing moves in this model");
@@ -167,7 +171,8 @@ void add_parity(CLI::App& app, Action& action) {
   CLI::App* command = add_command(
       app, "parity", "Test whether a model means the same robot in every engine, or two files are one robot",
       {{"assay parity my_robot.urdf", "one contender an engine against Newton and Euler's equations"},
-       {"assay parity my_robot.urdf my_robot.xml", "what differs between two files, first what changes the motion most"},
+       {"assay parity my_robot.urdf my_robot.xml",
+        "what differs between two files, first what changes the motion most"},
        {"assay parity old.urdf new.xml --map elbow=joint4 --fail-above 1%", "status 1 for differences of 1 % and more"},
        {"assay parity right.urdf wrong.xml --write corrected.xml", "the second file with the first one's values"},
        {"assay parity humanoid mujoco-euler dart --out parity.json", "two contenders, the certificate as JSON"},
@@ -209,7 +214,8 @@ void add_parity(CLI::App& app, Action& action) {
       ->type_name("SHARE")
       ->group(kTwoFiles);
   command
-      ->add_option("--write", options->write, "Write the second file as MJCF with the first one's values where they match")
+      ->add_option("--write", options->write,
+                   "Write the second file as MJCF with the first one's values where they match")
       ->type_name("FILE")
       ->group(kTwoFiles);
   command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();

@@ -244,7 +244,8 @@ class Writer {
       std::string more = fmt::format(" damping=\"{}\" frictionloss=\"{}\" limited=\"{}\" range=\"{} {}\"", t.damping,
                                      t.dry_friction, t.limited, t.limited ? t.lower : 0, t.limited ? t.upper : 0);
       if (t.stiffness != 0) {
-        const std::string rest = t.rest_lower == t.rest_upper ? numbers({t.rest_lower}) : numbers({t.rest_lower, t.rest_upper});
+        const std::string rest =
+            t.rest_lower == t.rest_upper ? numbers({t.rest_lower}) : numbers({t.rest_lower, t.rest_upper});
         more += fmt::format(" stiffness=\"{}\" springlength=\"{}\"", t.stiffness, rest);
       }
       fixed(escaped(t.name), t.terms, more);
@@ -271,20 +272,24 @@ class Writer {
       double start = c.offset - reference(c.joint);
       for (const JointTerm& term : c.terms) start += term.coefficient * reference(term.joint);
       if (is_sum(c)) {
-        line(2, fmt::format("<tendon name=\"{}\" tendon1=\"coupling{}\" polycoef=\"{} 0 0 0 0\"/>", escaped(c.name), i, start));
+        line(2, fmt::format("<tendon name=\"{}\" tendon1=\"coupling{}\" polycoef=\"{} 0 0 0 0\"/>", escaped(c.name), i,
+                            start));
       } else if (c.terms.empty()) {
         line(2, fmt::format("<joint name=\"{}\" joint1=\"{}\" polycoef=\"{} 0 0 0 0\"/>", escaped(c.name),
                             joint_name(c.joint), start));
       } else {
-        line(2, fmt::format("<joint name=\"{}\" joint1=\"{}\" joint2=\"{}\" polycoef=\"{} {} 0 0 0\"/>", escaped(c.name),
-                            joint_name(c.joint), joint_name(c.terms[0].joint), start, c.terms[0].coefficient));
+        line(2,
+             fmt::format("<joint name=\"{}\" joint1=\"{}\" joint2=\"{}\" polycoef=\"{} {} 0 0 0\"/>", escaped(c.name),
+                         joint_name(c.joint), joint_name(c.terms[0].joint), start, c.terms[0].coefficient));
       }
     }
     for (size_t i = 0; i < model_.connects.size(); ++i) {
-      line(2, fmt::format("<connect name=\"{0}\" site1=\"connect{1}a\" site2=\"connect{1}b\"/>", escaped(model_.connects[i].name), i));
+      line(2, fmt::format("<connect name=\"{0}\" site1=\"connect{1}a\" site2=\"connect{1}b\"/>",
+                          escaped(model_.connects[i].name), i));
     }
     for (size_t i = 0; i < model_.welds.size(); ++i) {
-      line(2, fmt::format("<weld name=\"{0}\" site1=\"weld{1}a\" site2=\"weld{1}b\"/>", escaped(model_.welds[i].name), i));
+      line(2,
+           fmt::format("<weld name=\"{0}\" site1=\"weld{1}a\" site2=\"weld{1}b\"/>", escaped(model_.welds[i].name), i));
     }
     line(1, "</equality>");
   }
@@ -293,22 +298,24 @@ class Writer {
     line(1, "<actuator>");
     for (size_t i = 0; i < model_.actuators.size(); ++i) {
       const Actuator& a = model_.actuators[i];
-      const std::string acts_on = is_sum(a) ? fmt::format("tendon=\"actuator{}\" gear=\"1\"", i)
-                                            : fmt::format("joint=\"{}\" gear=\"{}\"", joint_name(a.terms[0].joint),
-                                                          a.terms[0].coefficient);
+      const std::string acts_on =
+          is_sum(a) ? fmt::format("tendon=\"actuator{}\" gear=\"1\"", i)
+                    : fmt::format("joint=\"{}\" gear=\"{}\"", joint_name(a.terms[0].joint), a.terms[0].coefficient);
       std::string activation;
       if (a.has_activation()) {
         activation = a.activation == ActivationType::kFilter
                          ? fmt::format(" dyntype=\"filter\" dynprm=\"{}\"", a.time_constant)
                          : std::string(" dyntype=\"integrator\"");
-        activation += fmt::format(" actlimited=\"{}\" actrange=\"{} {}\"", a.activation_limited,
-                                  a.activation_limited ? a.activation_lower : 0, a.activation_limited ? a.activation_upper : 0);
+        activation +=
+            fmt::format(" actlimited=\"{}\" actrange=\"{} {}\"", a.activation_limited,
+                        a.activation_limited ? a.activation_lower : 0, a.activation_limited ? a.activation_upper : 0);
       }
-      line(2, fmt::format("<general name=\"{}\" {} gainprm=\"{}\" biastype=\"affine\" biasprm=\"{}\" ctrllimited=\"{}\" "
-                          "ctrlrange=\"{}\" forcelimited=\"{}\" forcerange=\"{}\"{}/>",
-                          escaped(a.name), acts_on, a.gain, numbers({a.bias[0], a.bias[1], a.bias[2]}),
-                          a.control_limited, numbers({a.control_lower, a.control_upper}), a.force_limited,
-                          numbers({a.force_lower, a.force_upper}), activation));
+      line(2,
+           fmt::format("<general name=\"{}\" {} gainprm=\"{}\" biastype=\"affine\" biasprm=\"{}\" ctrllimited=\"{}\" "
+                       "ctrlrange=\"{}\" forcelimited=\"{}\" forcerange=\"{}\"{}/>",
+                       escaped(a.name), acts_on, a.gain, numbers({a.bias[0], a.bias[1], a.bias[2]}), a.control_limited,
+                       numbers({a.control_lower, a.control_upper}), a.force_limited,
+                       numbers({a.force_lower, a.force_upper}), activation));
     }
     line(1, "</actuator>");
   }

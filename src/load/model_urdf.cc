@@ -63,8 +63,8 @@ class UrdfWriter {
 
   WrittenUrdf result() {
     if (!model_.balls.empty()) {
-      throw InputError(fmt::format("'{}' has the ball joint '{}', which URDF has no joint for: convert it to MJCF", model_.name,
-                                   model_.balls[0].name));
+      throw InputError(fmt::format("'{}' has the ball joint '{}', which URDF has no joint for: convert it to MJCF",
+                                   model_.name, model_.balls[0].name));
     }
     names();
     line(0, fmt::format("<robot name=\"{}\">", xml_text(model_.name)));
@@ -107,8 +107,8 @@ class UrdfWriter {
       line(2, "<inertial>");
       line(3, origin_text({X_LB * body.p_BBcm, Quat::Identity()}));
       line(3, fmt::format("<mass value=\"{}\"/>", body.mass));
-      line(3, fmt::format("<inertia ixx=\"{}\" iyy=\"{}\" izz=\"{}\" ixy=\"{}\" ixz=\"{}\" iyz=\"{}\"/>", I(0, 0), I(1, 1), I(2, 2),
-                          I(0, 1), I(0, 2), I(1, 2)));
+      line(3, fmt::format("<inertia ixx=\"{}\" iyy=\"{}\" izz=\"{}\" ixy=\"{}\" ixz=\"{}\" iyz=\"{}\"/>", I(0, 0),
+                          I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)));
       line(2, "</inertial>");
     }
     collisions(index, X_LB);
@@ -135,7 +135,8 @@ class UrdfWriter {
           break;
         case ShapeType::kCapsule:
           for (const double end : {-1.0, 1.0}) {
-            collision(X * Pose{Vec3(0, 0, end * shape.half_length), Quat::Identity()}, fmt::format("<sphere radius=\"{}\"/>", shape.radius));
+            collision(X * Pose{Vec3(0, 0, end * shape.half_length), Quat::Identity()},
+                      fmt::format("<sphere radius=\"{}\"/>", shape.radius));
           }
           [[fallthrough]];
         case ShapeType::kCylinder:
@@ -144,7 +145,8 @@ class UrdfWriter {
         case ShapeType::kHull: {
           const std::string file = fmt::format("{}/hull{}.stl", folder_, shape.data);
           collision(X, fmt::format("<mesh filename=\"{}\"/>", xml_text(file)));
-          if (written_.insert(shape.data).second) out_.meshes.push_back({file, stl_of(model_.hulls[static_cast<size_t>(shape.data)])});
+          if (written_.insert(shape.data).second)
+            out_.meshes.push_back({file, stl_of(model_.hulls[static_cast<size_t>(shape.data)])});
           break;
         }
         case ShapeType::kEllipsoid:
@@ -190,16 +192,18 @@ class UrdfWriter {
     line(2, fmt::format("<axis xyz=\"{}\"/>", triple_text(j.axis_B)));
     const double most = effort(body.joint);
     if (j.limited || j.is_slide()) {
-      line(2, fmt::format("<limit lower=\"{}\" upper=\"{}\" effort=\"{}\" velocity=\"{}\"/>", j.limited ? j.lower : -kAnyWay,
-                          j.limited ? j.upper : kAnyWay, most, kAnySpeed));
+      line(2, fmt::format("<limit lower=\"{}\" upper=\"{}\" effort=\"{}\" velocity=\"{}\"/>",
+                          j.limited ? j.lower : -kAnyWay, j.limited ? j.upper : kAnyWay, most, kAnySpeed));
     } else {
       line(2, fmt::format("<limit effort=\"{}\" velocity=\"{}\"/>", most, kAnySpeed));
     }
-    if (j.damping != 0 || j.dry_friction != 0) line(2, fmt::format("<dynamics damping=\"{}\" friction=\"{}\"/>", j.damping, j.dry_friction));
+    if (j.damping != 0 || j.dry_friction != 0)
+      line(2, fmt::format("<dynamics damping=\"{}\" friction=\"{}\"/>", j.damping, j.dry_friction));
     for (const Coupling& c : model_.couplings) {
       if (c.joint != body.joint || c.terms.size() != 1) continue;
       line(2, fmt::format("<mimic joint=\"{}\" multiplier=\"{}\" offset=\"{}\"/>",
-                          xml_text(model_.joints[static_cast<size_t>(c.terms[0].joint)].name), c.terms[0].coefficient, c.offset));
+                          xml_text(model_.joints[static_cast<size_t>(c.terms[0].joint)].name), c.terms[0].coefficient,
+                          c.offset));
       break;
     }
     line(1, "</joint>");
@@ -210,16 +214,23 @@ class UrdfWriter {
   }
 
   void tell() {
-    const auto joints_with = [&](const auto& has) { return static_cast<size_t>(std::ranges::count_if(model_.joints, has)); };
+    const auto joints_with = [&](const auto& has) {
+      return static_cast<size_t>(std::ranges::count_if(model_.joints, has));
+    };
     lacks(joints_with([](const Joint& j) { return j.armature != 0; }), "armature of joints");
     lacks(joints_with([](const Joint& j) { return j.stiffness != 0; }), "springs of joints");
-    lacks(static_cast<size_t>(std::ranges::count_if(model_.actuators, [](const Actuator& a) { return a.has_feedback() || a.has_activation() || a.terms.size() != 1; })),
+    lacks(static_cast<size_t>(std::ranges::count_if(
+              model_.actuators,
+              [](const Actuator& a) { return a.has_feedback() || a.has_activation() || a.terms.size() != 1; })),
           "drives but motors within an effort limit");
-    lacks(static_cast<size_t>(std::ranges::count_if(model_.couplings, [](const Coupling& c) { return c.terms.size() != 1; })), "coupling of other than two joints");
+    lacks(static_cast<size_t>(
+              std::ranges::count_if(model_.couplings, [](const Coupling& c) { return c.terms.size() != 1; })),
+          "coupling of other than two joints");
     lacks(model_.connects.size() + model_.welds.size(), "closed loops");
     lacks(model_.tendons.size(), "tendons");
     for (const std::string& shape : shapes_) out_.left_out.push_back(fmt::format("URDF has no {}", shape));
-    if (!model_.contacts.empty()) out_.left_out.emplace_back("URDF has no friction of contacts and no list of the pairs that touch");
+    if (!model_.contacts.empty())
+      out_.left_out.emplace_back("URDF has no friction of contacts and no list of the pairs that touch");
     if ((model_.gravity - Vec3(0, 0, -9.81)).norm() > 1e-9) out_.left_out.emplace_back("URDF has no gravity");
     out_.left_out.emplace_back("velocity limits are not known: 1000 rad/s and m/s are written");
   }
@@ -234,7 +245,9 @@ class UrdfWriter {
 
 }  // namespace
 
-WrittenUrdf model_urdf(const Model& model, const std::string& mesh_folder) { return UrdfWriter(model, mesh_folder).result(); }
+WrittenUrdf model_urdf(const Model& model, const std::string& mesh_folder) {
+  return UrdfWriter(model, mesh_folder).result();
+}
 
 Model from_zero(Model model) {
   for (Joint& joint : model.joints) {

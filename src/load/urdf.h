@@ -40,8 +40,8 @@ struct UrdfDocument {
   std::map<std::string, double> locked;       // joints that their equal limits hold, and where
   std::map<std::string, double> drawn_reach;  // FileFacts::drawn_reach
   std::map<std::string, double> velocity_limits;  // FileFacts::velocity_limits
-  std::vector<std::string> driven;            // joints that get a motor, whose force the effort limit clamps
-  bool has_mass = false;                      // any link
+  std::vector<std::string> driven;                // joints that get a motor, whose force the effort limit clamps
+  bool has_mass = false;                          // any link
   std::vector<std::string> notes;
   std::map<std::string, int> lines;  // of links and joints: "body 'foot'", "joint 'knee'"
   std::vector<Problem> problems;

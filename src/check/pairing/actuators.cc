@@ -39,9 +39,8 @@ double effort(const Model& model, int joint) {
 }
 
 bool drives(const Model& model, int joint) {
-  return std::ranges::any_of(model.actuators, [joint](const Actuator& actuator) {
-    return joints_of(actuator).contains(joint);
-  });
+  return std::ranges::any_of(model.actuators,
+                             [joint](const Actuator& actuator) { return joints_of(actuator).contains(joint); });
 }
 
 // Efforts alone, where one file has no drives.
@@ -56,11 +55,13 @@ void compare_efforts(const Aligned& models, Comparison& out, std::vector<Draft>&
     const double a = effort(models.a, index), b = effort(models.b, index);
     if (std::isinf(a) && std::isinf(b)) continue;
     const char* unit = joint.is_slide() ? "N" : "Nm";
-    Draft draft{.difference = {.element = fmt::format("joint '{}'", joint.name), .parameter = "effort limit", .unit = unit}};
+    Draft draft{
+        .difference = {.element = fmt::format("joint '{}'", joint.name), .parameter = "effort limit", .unit = unit}};
     if (std::isinf(a) || std::isinf(b)) {
       // one has none: most often the file leaves it open
       out.format_findings.push_back(
-          {draft.difference.element, fmt::format("an effort limit of {:.5g} {} in {} alone", std::min(a, b), unit, std::isinf(b) ? "A" : "B")});
+          {draft.difference.element,
+           fmt::format("an effort limit of {:.5g} {} in {} alone", std::min(a, b), unit, std::isinf(b) ? "A" : "B")});
       continue;
     }
     if (!differ(a, b)) continue;
@@ -70,7 +71,8 @@ void compare_efforts(const Aligned& models, Comparison& out, std::vector<Draft>&
     drafts.push_back(std::move(draft));
   }
   if (!driven_once.empty()) {
-    out.format_findings.push_back({counted(driven_once.size(), "joint"), "driven in one file alone: " + join(driven_once, ", ")});
+    out.format_findings.push_back(
+        {counted(driven_once.size(), "joint"), "driven in one file alone: " + join(driven_once, ", ")});
   }
 }
 
@@ -105,7 +107,9 @@ void compare_actuators(const Side& side_a, const Side& side_b, const Aligned& mo
                        std::vector<Draft>& drafts) {
   if (!side_a.format.drives || !side_b.format.drives) {
     if (side_a.format.drives || side_b.format.drives) {
-      out.format_findings.push_back({"drives", fmt::format("{} has none, so that gains are not compared", side_a.format.drives ? side_b.format.name : side_a.format.name)});
+      out.format_findings.push_back(
+          {"drives", fmt::format("{} has none, so that gains are not compared",
+                                 side_a.format.drives ? side_b.format.name : side_a.format.name)});
     }
     compare_efforts(models, out, drafts);
     return;
@@ -123,7 +127,9 @@ void compare_actuators(const Side& side_a, const Side& side_b, const Aligned& mo
     const Actuator& b = models.b.actuators[static_cast<size_t>(b_of[i])];
     const bool given = std::ranges::find(map, std::pair(a.name, b.name)) != map.end();
     out.matches.push_back({"actuator", a.name, b.name,
-                           given ? How::kMap : a.name == b.name ? How::kName : How::kStructure});
+                           given              ? How::kMap
+                           : a.name == b.name ? How::kName
+                                              : How::kStructure});
     const auto add = [&](const char* parameter, double of_a, double of_b, const std::string& unit, double scale = 0) {
       if (!differ(of_a, of_b)) return;
       Difference d{.element = element, .parameter = parameter, .unit = unit, .a = of_a, .b = of_b};
@@ -168,7 +174,8 @@ void compare_actuators(const Side& side_a, const Side& side_b, const Aligned& mo
         add(fmt::format("{}, upper", what).c_str(), upper_a, upper_b, unit, scale);
       }
     };
-    range("force range", a.force_limited, b.force_limited, a.force_lower, a.force_upper, b.force_lower, b.force_upper, force);
+    range("force range", a.force_limited, b.force_limited, a.force_lower, a.force_upper, b.force_lower, b.force_upper,
+          force);
     range("control range", a.control_limited, b.control_limited, a.control_lower, a.control_upper, b.control_lower,
           b.control_upper, "");
     if (a.activation != b.activation) {

@@ -50,16 +50,19 @@ Model agreed(const Side& side_a, const Side& side_b, const Options& options) {
     const Pose X_BA = place_of(i).inverse();
     const bool reversed = trees.placement.reversed[static_cast<size_t>(i)];
     // a body that stands for others as well, which are locked here, keeps its own mass
-    if (!trees.a.absorbed[static_cast<size_t>(i)] && !trees.b.absorbed[static_cast<size_t>(j)] && to.mass > 0 && from.mass > 0) {
+    if (!trees.a.absorbed[static_cast<size_t>(i)] && !trees.b.absorbed[static_cast<size_t>(j)] && to.mass > 0 &&
+        from.mass > 0) {
       const Mat3 R = X_BA.q.toRotationMatrix();
       to.mass = from.mass;
       to.p_BBcm = X_BA * from.p_BBcm;
       to.I_BBcm_B = R * from.I_BBcm_B * R.transpose();
     }
     const Body& locked_b = trees.b.model.bodies[static_cast<size_t>(j)];
-    const bool same_parent = to.parent == kWorld ? locked_b.parent == kWorld
-                                                 : trees.b.index[static_cast<size_t>(to.parent)] == locked_b.parent &&
-                                                       std::ranges::any_of(trees.matches, [&](const BodyMatch& m) { return m.b == to.parent; });
+    const bool same_parent =
+        to.parent == kWorld
+            ? locked_b.parent == kWorld
+            : trees.b.index[static_cast<size_t>(to.parent)] == locked_b.parent &&
+                  std::ranges::any_of(trees.matches, [&](const BodyMatch& m) { return m.b == to.parent; });
     if (same_parent && !from.is_free()) to.X_PB = place_of(from.parent).inverse() * from.X_PB * place_of(i);
     if (from.joint >= 0) {
       const Joint& joint_a = a.joints[static_cast<size_t>(from.joint)];
@@ -67,7 +70,8 @@ Model agreed(const Side& side_a, const Side& side_b, const Options& options) {
       take_numbers(joint_a, joint_b);
       joint_b.p_BJ = X_BA * joint_a.p_BJ;
       joint_b.axis_B = (reversed ? -1.0 : 1.0) * (X_BA.q * joint_a.axis_B);
-      joint_b.lower = reversed ? -joint_a.upper : joint_a.lower, joint_b.upper = reversed ? -joint_a.lower : joint_a.upper;
+      joint_b.lower = reversed ? -joint_a.upper : joint_a.lower,
+      joint_b.upper = reversed ? -joint_a.lower : joint_a.upper;
       joint_b.spring_reference = (reversed ? -1 : 1) * joint_a.spring_reference;
       a_of_joint[to.joint] = from.joint;
     } else if (from.ball >= 0) {
@@ -82,7 +86,8 @@ Model agreed(const Side& side_a, const Side& side_b, const Options& options) {
     // matched under A's joints, put into B's own
     Model renamed = b;
     for (Actuator& actuator : renamed.actuators) {
-      for (JointTerm& term : actuator.terms) term.joint = a_of_joint.contains(term.joint) ? a_of_joint.at(term.joint) : -1 - term.joint;
+      for (JointTerm& term : actuator.terms)
+        term.joint = a_of_joint.contains(term.joint) ? a_of_joint.at(term.joint) : -1 - term.joint;
     }
     const std::vector<int> b_of = match_actuators(a, renamed, options.map);
     for (size_t k = 0; k < b_of.size(); ++k) {
@@ -102,12 +107,15 @@ Model agreed(const Side& side_a, const Side& side_b, const Options& options) {
   if (side_a.format.contact_friction) {
     std::map<std::pair<int, int>, std::set<double>> of_a;
     for (const ContactPair& pair : a.contacts) {
-      of_a[std::minmax(a.shapes[static_cast<size_t>(pair.shape_a)].body, a.shapes[static_cast<size_t>(pair.shape_b)].body)].insert(pair.friction);
+      of_a[std::minmax(a.shapes[static_cast<size_t>(pair.shape_a)].body,
+                       a.shapes[static_cast<size_t>(pair.shape_b)].body)]
+          .insert(pair.friction);
     }
     std::map<int, int> a_of_body = {{kWorld, kWorld}};
     for (const BodyMatch& match : trees.matches) a_of_body[match.b] = trees.a.index[static_cast<size_t>(match.a)];
     for (ContactPair& pair : b.contacts) {
-      const auto first = a_of_body.find(b.shapes[static_cast<size_t>(pair.shape_a)].body), second = a_of_body.find(b.shapes[static_cast<size_t>(pair.shape_b)].body);
+      const auto first = a_of_body.find(b.shapes[static_cast<size_t>(pair.shape_a)].body),
+                 second = a_of_body.find(b.shapes[static_cast<size_t>(pair.shape_b)].body);
       if (first == a_of_body.end() || second == a_of_body.end()) continue;
       const auto found = of_a.find(std::minmax(first->second, second->second));
       if (found != of_a.end() && found->second.size() == 1) pair.friction = *found->second.begin();

@@ -118,7 +118,10 @@ class Placer {
       // a base that stands elsewhere is no difference of the robot; a joint on it that is a little off may be one
       const bool is_far = way.p.norm() > 0.02 || angle_of(way.q) > 0.035;
       const bool is_moved = way.p.norm() > kRoundingLength || angle_of(way.q) > kRoundingAngle;
-      const double cost = of_children(kWorld, way) + (is_far ? 0.5 : is_moved ? 1.5 : 0) +
+      const double cost = of_children(kWorld, way) +
+                          (is_far     ? 0.5
+                           : is_moved ? 1.5
+                                      : 0) +
                           difference(angle_between(way.q * b_.gravity, a_.gravity), 10 * kRoundingAngle);
       if (cost < least) least = cost, out_.X_world = way;
     }
@@ -256,7 +259,9 @@ Placement placed(const Model& a, const Model& b, const std::vector<int>& b_of) {
 
 Model in_frames_of(const Model& a, const Model& b, const Placement& placement) {
   Model out = b;
-  const auto X = [&](int body_a) { return body_a == kWorld ? placement.X_world : placement.X_AB[static_cast<size_t>(body_a)]; };
+  const auto X = [&](int body_a) {
+    return body_a == kWorld ? placement.X_world : placement.X_AB[static_cast<size_t>(body_a)];
+  };
   const auto a_of = [&](int body_b) { return body_b == kWorld ? kWorld : placement.a_of[static_cast<size_t>(body_b)]; };
   std::vector<int> joint_of(b.joints.size(), -1);  // A's joint by B's
   std::vector<double> sign(b.joints.size(), 1);

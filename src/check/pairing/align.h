@@ -1,5 +1,5 @@
-// The second model in the frames of the first. What two files call a body's frame is a convention; where a joint's line,
-// a centre of mass and the next joints lie relative to each other is not.
+// The second model in the frames of the first. What two files call a body's frame is a convention; where a joint's
+// line, a centre of mass and the next joints lie relative to each other is not.
 #pragma once
 
 #include <vector>
@@ -16,11 +16,11 @@ inline constexpr double kRoundingRelative = 5e-4;  // of masses, inertias, gains
 
 // Of two models whose trees are the same.
 struct Placement {
-  std::vector<int> b_of;         // by A's body, and a_of by B's
+  std::vector<int> b_of;  // by A's body, and a_of by B's
   std::vector<int> a_of;
-  Pose X_world;                  // what is p in B's world is X_world * p in A's
-  std::vector<Pose> X_AB;        // by A's body: the frame of B's body in it
-  std::vector<bool> reversed;    // by A's body: the axes of its joint point in opposite directions
+  Pose X_world;                // what is p in B's world is X_world * p in A's
+  std::vector<Pose> X_AB;      // by A's body: the frame of B's body in it
+  std::vector<bool> reversed;  // by A's body: the axes of its joint point in opposite directions
 };
 
 // Of all ways to lay B's bodies over A's that are tried (their frames are one, they lie where they lie at 0, their

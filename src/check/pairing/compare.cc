@@ -67,7 +67,8 @@ void compare_mass(const Model& a, const Model& b, int index, std::vector<Draft>&
     Draft draft = plain(element, "mass", "kg", of_a.mass, of_b.mass);
     draft.put = [=](Model& model) {
       Body& body = model.bodies[static_cast<size_t>(index)];
-      body.mass = of_b.mass, body.p_BBcm = of_b.p_BBcm, body.I_BBcm_B = of_b.mass > 0 ? of_b.I_BBcm_B : Mat3(Mat3::Zero());
+      body.mass = of_b.mass, body.p_BBcm = of_b.p_BBcm,
+      body.I_BBcm_B = of_b.mass > 0 ? of_b.I_BBcm_B : Mat3(Mat3::Zero());
     };
     drafts.push_back(std::move(draft));
     return;
@@ -134,12 +135,22 @@ void compare_mass(const Model& a, const Model& b, int index, std::vector<Draft>&
     drafts.push_back(std::move(draft));
   }
   if (centre) {
-    Draft draft{.difference = {.element = element, .parameter = "centre of mass", .unit = "m", .a = 0, .b = shift.norm(), .words = centre_words()}};
+    Draft draft{.difference = {.element = element,
+                               .parameter = "centre of mass",
+                               .unit = "m",
+                               .a = 0,
+                               .b = shift.norm(),
+                               .words = centre_words()}};
     draft.put = [=](Model& model) { model.bodies[static_cast<size_t>(index)].p_BBcm = of_b.p_BBcm; };
     drafts.push_back(std::move(draft));
   }
   if (turns && !(mass && scaled)) {
-    Draft draft{.difference = {.element = element, .parameter = "inertia", .unit = "kg m^2", .a = of_a.I_BBcm_B.norm(), .b = of_b.I_BBcm_B.norm(), .words = inertia}};
+    Draft draft{.difference = {.element = element,
+                               .parameter = "inertia",
+                               .unit = "kg m^2",
+                               .a = of_a.I_BBcm_B.norm(),
+                               .b = of_b.I_BBcm_B.norm(),
+                               .words = inertia}};
     draft.put = [=](Model& model) { model.bodies[static_cast<size_t>(index)].I_BBcm_B = of_b.I_BBcm_B; };
     drafts.push_back(std::move(draft));
   }
@@ -163,7 +174,11 @@ void compare_place(const Model& a, const Model& b, int index, std::vector<Draft>
   if (offset.norm() > kRoundingLength) {
     const Vec3 in_child = of_a.X_PB.q.conjugate() * offset;
     const bool along = slides(a, of_a) && in_child.cross(axis).norm() < kRoundingLength;
-    Draft draft{.difference = {.element = element, .parameter = along ? "zero position" : "offset", .unit = "m", .a = 0, .b = offset.norm()}};
+    Draft draft{.difference = {.element = element,
+                               .parameter = along ? "zero position" : "offset",
+                               .unit = "m",
+                               .a = 0,
+                               .b = offset.norm()}};
     draft.difference.words = "where it sits on its parent moved " + millimetres(offset);
     draft.put = [=](Model& model) { model.bodies[static_cast<size_t>(index)].X_PB.p += offset; };
     drafts.push_back(std::move(draft));
@@ -172,7 +187,11 @@ void compare_place(const Model& a, const Model& b, int index, std::vector<Draft>
   if (const double angle = angle_of(turn); angle > kRoundingAngle) {
     const Vec3 about = rotation_vector(turn.w() < 0 ? Quat(-turn.w(), -turn.x(), -turn.y(), -turn.z()) : turn);
     const bool zero = hinge && about.cross(axis).norm() < std::max(kRoundingAngle, 1e-3 * angle);
-    Draft draft{.difference = {.element = element, .parameter = zero ? "zero position" : "orientation", .unit = "rad", .a = 0, .b = angle}};
+    Draft draft{.difference = {.element = element,
+                               .parameter = zero ? "zero position" : "orientation",
+                               .unit = "rad",
+                               .a = 0,
+                               .b = angle}};
     draft.difference.words =
         zero ? fmt::format("turned by {:.3g} degrees at position 0", about.dot(axis) / kDegree)
              : fmt::format("it and what it carries turned on the parent by {:.3g} degrees", angle / kDegree);
@@ -252,7 +271,8 @@ void compare_joint(const SomeJoint& a, const SomeJoint& b, size_t index, std::ve
     const auto limit = [&](const char* parameter, double of_a, double of_b) {
       const double rounding = std::max(is_slide(a) ? kRoundingLength : 2e-4, 2e-5 * range);
       if (std::abs(of_b - of_a) <= rounding) return;
-      Draft draft{.difference = {.element = element, .parameter = parameter, .unit = units.position, .a = of_a, .b = of_b}};
+      Draft draft{
+          .difference = {.element = element, .parameter = parameter, .unit = units.position, .a = of_a, .b = of_b}};
       draft.difference.words = instead(of_a / unit, of_b / unit, unit_name);
       draft.difference.effect = range > 0 ? std::abs(of_b - of_a) / range : 1;
       drafts.push_back(std::move(draft));
@@ -309,7 +329,8 @@ struct PairValues {
 std::map<BodyPairKey, PairValues> pairs_of(const Model& model, bool ground) {
   std::map<BodyPairKey, PairValues> pairs;
   for (const ContactPair& pair : model.contacts) {
-    const Shape &a = model.shapes[static_cast<size_t>(pair.shape_a)], &b = model.shapes[static_cast<size_t>(pair.shape_b)];
+    const Shape &a = model.shapes[static_cast<size_t>(pair.shape_a)],
+                &b = model.shapes[static_cast<size_t>(pair.shape_b)];
     if (!ground && (is_ground(a) || is_ground(b))) continue;
     PairValues& values = pairs[std::minmax(a.body, b.body)];
     values.friction.insert(pair.friction), values.torsional.insert(pair.torsional), values.rolling.insert(pair.rolling);
@@ -339,7 +360,8 @@ void compare_friction(const Aligned& models, const std::map<BodyPairKey, PairVal
     const auto &values_a = of_a.*member, &values_b = found->second.*member;
     if (values_a.size() == values_b.size()) {
       for (auto i = values_a.begin(), j = values_b.begin(); i != values_a.end(); ++i, ++j) {
-        if (differ(*i, *j) && (!open.contains(key) || relative(*i, *j) > relative(open[key].first, open[key].second))) open[key] = {*i, *j};
+        if (differ(*i, *j) && (!open.contains(key) || relative(*i, *j) > relative(open[key].first, open[key].second)))
+          open[key] = {*i, *j};
       }
     } else if (differ(*values_a.rbegin(), *values_b.rbegin())) {
       open[key] = {*values_a.rbegin(), *values_b.rbegin()};
@@ -365,7 +387,8 @@ void compare_friction(const Aligned& models, const std::map<BodyPairKey, PairVal
       if (key.second != key.first) ++count[key.second];
     }
     const auto rank = [&](int body) {
-      return std::tuple(own(body), static_cast<double>(count[body]) / static_cast<double>(touched[body]), count[body], body != kWorld);
+      return std::tuple(own(body), static_cast<double>(count[body]) / static_cast<double>(touched[body]), count[body],
+                        body != kWorld);
     };
     int best = count.begin()->first;
     for (const auto& [body, pairs] : count) {
@@ -418,14 +441,18 @@ void compare_contacts(const Side& side_a, const Side& side_b, const Aligned& mod
     if (pairs->empty()) continue;
     constexpr size_t kShown = 3;
     Draft draft{.difference = {.element = counted(pairs->size(), "contact pair"), .parameter = "contact filter"}};
-    draft.difference.words = fmt::format("touch in {} alone: {}", where, join({pairs->begin(), pairs->begin() + static_cast<std::ptrdiff_t>(std::min(kShown, pairs->size()))}, "; "));
+    draft.difference.words = fmt::format(
+        "touch in {} alone: {}", where,
+        join({pairs->begin(), pairs->begin() + static_cast<std::ptrdiff_t>(std::min(kShown, pairs->size()))}, "; "));
     if (pairs->size() > kShown) draft.difference.words += "; ...";
     draft.difference.effect = static_cast<double>(pairs->size()) / static_cast<double>(all);
     drafts.push_back(std::move(draft));
   }
   if (!side_a.format.contact_friction || !side_b.format.contact_friction) {
     if (side_a.format.contact_friction != side_b.format.contact_friction) {
-      out.format_findings.push_back({"contact friction", fmt::format("{} has none, so that it is not compared", side_a.format.contact_friction ? side_b.format.name : side_a.format.name)});
+      out.format_findings.push_back(
+          {"contact friction", fmt::format("{} has none, so that it is not compared",
+                                           side_a.format.contact_friction ? side_b.format.name : side_a.format.name)});
     }
     return;
   }
@@ -486,24 +513,30 @@ void compare_constraints(const Aligned& models, Comparison& out, std::vector<Dra
   const auto coupling_name = [&](const Coupling& c) {
     std::vector<std::string> leaders;
     for (const JointTerm& term : c.terms) leaders.push_back(fmt::format("'{}'", joint_name_of(term.joint)));
-    return fmt::format("coupling of joint '{}'{}", joint_name_of(c.joint), leaders.empty() ? "" : " to " + join(leaders, ", "));
+    return fmt::format("coupling of joint '{}'{}", joint_name_of(c.joint),
+                       leaders.empty() ? "" : " to " + join(leaders, ", "));
   };
   match_lists(
       couplings_a, couplings_b,
-      [](const Coupling& x, const Coupling& y) { return x.joint == y.joint && joints_in(x.terms) == joints_in(y.terms); },
+      [](const Coupling& x, const Coupling& y) {
+        return x.joint == y.joint && joints_in(x.terms) == joints_in(y.terms);
+      },
       [&](const Coupling& x, const Coupling& y) {
         for (size_t k = 0; k < x.terms.size(); ++k) {
           const double a = x.terms[k].coefficient, b = y.terms[k].coefficient;
           if (differ(a, b)) add(coupling_name(x), "ratio", a, b, "", relative(a, b));
         }
         if (std::abs(x.offset - y.offset) > 2e-4) {
-          add(coupling_name(x), "offset", x.offset, y.offset, units_of(models.a.joints[static_cast<size_t>(x.joint)]).position,
+          add(coupling_name(x), "offset", x.offset, y.offset,
+              units_of(models.a.joints[static_cast<size_t>(x.joint)]).position,
               std::min(1.0, std::abs(x.offset - y.offset)));
         }
       },
       coupling_name, out);
 
-  const auto acts = [](const Tendon& tendon) { return tendon.has_spring() || tendon.limited || tendon.dry_friction != 0; };
+  const auto acts = [](const Tendon& tendon) {
+    return tendon.has_spring() || tendon.limited || tendon.dry_friction != 0;
+  };
   std::vector<Tendon> tendons_a, tendons_b;
   std::vector<size_t> place_a;
   for (size_t k = 0; k < models.a.tendons.size(); ++k) {
@@ -511,11 +544,11 @@ void compare_constraints(const Aligned& models, Comparison& out, std::vector<Dra
   }
   std::ranges::copy_if(models.b.tendons, std::back_inserter(tendons_b), acts);
   match_lists(
-      tendons_a, tendons_b,
-      [](const Tendon& x, const Tendon& y) { return joints_in(x.terms) == joints_in(y.terms); },
+      tendons_a, tendons_b, [](const Tendon& x, const Tendon& y) { return joints_in(x.terms) == joints_in(y.terms); },
       [&](const Tendon& x, const Tendon& y) {
         const std::string element = fmt::format("tendon '{}'", x.name);
-        const auto index = static_cast<size_t>(std::ranges::find(models.a.tendons, x.name, &Tendon::name) - models.a.tendons.begin());
+        const auto index =
+            static_cast<size_t>(std::ranges::find(models.a.tendons, x.name, &Tendon::name) - models.a.tendons.begin());
         const auto number = [&](const char* parameter, double Tendon::* member, const char* unit) {
           if (!differ(x.*member, y.*member)) return;
           Draft draft = plain(element, parameter, unit, x.*member, y.*member);
@@ -525,10 +558,12 @@ void compare_constraints(const Aligned& models, Comparison& out, std::vector<Dra
         number("stiffness", &Tendon::stiffness, "");
         number("damping", &Tendon::damping, "");
         number("dry friction", &Tendon::dry_friction, "");
-        if (x.stiffness != 0) number("rest, lower", &Tendon::rest_lower, ""), number("rest, upper", &Tendon::rest_upper, "");
+        if (x.stiffness != 0)
+          number("rest, lower", &Tendon::rest_lower, ""), number("rest, upper", &Tendon::rest_upper, "");
         for (const JointTerm& term : x.terms) {
           const double b = std::ranges::find(y.terms, term.joint, &JointTerm::joint)->coefficient;
-          if (differ(term.coefficient, b)) add(element, "coefficient", term.coefficient, b, "", relative(term.coefficient, b));
+          if (differ(term.coefficient, b))
+            add(element, "coefficient", term.coefficient, b, "", relative(term.coefficient, b));
         }
         if (x.limited != y.limited) {
           add(element, "limited (1) or not (0)", x.limited ? 1 : 0, y.limited ? 1 : 0, "", 1);
@@ -545,7 +580,9 @@ void compare_constraints(const Aligned& models, Comparison& out, std::vector<Dra
   const auto bodies = [&](int first, int second) { return pair_text(models.a, {first, second}); };
   match_lists(
       models.a.connects, models.b.connects,
-      [](const Connect& x, const Connect& y) { return std::minmax(x.body_a, x.body_b) == std::minmax(y.body_a, y.body_b); },
+      [](const Connect& x, const Connect& y) {
+        return std::minmax(x.body_a, x.body_b) == std::minmax(y.body_a, y.body_b);
+      },
       [&](const Connect& x, Connect y) {
         if (x.body_a != y.body_a) std::swap(y.p_A, y.p_B);
         const double apart = std::max((x.p_A - y.p_A).norm(), (x.p_B - y.p_B).norm());
@@ -580,7 +617,8 @@ class ForceTest {
       if (experiment.load != parity::Load::kMotion) continue;
       states_.push_back(experiment.state);
       Eigen::VectorXd acceleration(bench_.layout.count);
-      for (Eigen::Index k = 0; k < acceleration.size(); ++k) acceleration[k] = 5 * (uniform() < 0 ? -1 : 1) * (0.5 + 0.5 * std::abs(uniform()));
+      for (Eigen::Index k = 0; k < acceleration.size(); ++k)
+        acceleration[k] = 5 * (uniform() < 0 ? -1 : 1) * (0.5 + 0.5 * std::abs(uniform()));
       accelerations_.push_back(std::move(acceleration));
     }
     forces_ = forces(model_);
@@ -619,7 +657,8 @@ class ForceTest {
       State state = states_[k];
       for (size_t i = 0; i < model.bodies.size(); ++i) {
         // a free body's frame stays where it is
-        if (model.bodies[i].is_free()) state.bodies[i].p_WBcm += state.bodies[i].q_WB * (model.bodies[i].p_BBcm - model_.bodies[i].p_BBcm);
+        if (model.bodies[i].is_free())
+          state.bodies[i].p_WBcm += state.bodies[i].q_WB * (model.bodies[i].p_BBcm - model_.bodies[i].p_BBcm);
       }
       bodies_from_joints(model, state);
       all.push_back(parity::inverse_dynamics(model, bench_.layout, state, accelerations_[k]));
@@ -675,7 +714,8 @@ bool differ(double a, double b, double least) {
 double relative(double a, double b) { return a == 0 ? 1 : std::abs(b - a) / std::abs(a); }
 
 bool Comparison::differs_above(double share) const {
-  return !findings.empty() || std::ranges::any_of(differences, [share](const Difference& d) { return d.effect >= share; });
+  return !findings.empty() ||
+         std::ranges::any_of(differences, [share](const Difference& d) { return d.effect >= share; });
 }
 
 Comparison compare(const Side& side_a, const Side& side_b, const Options& options) {
@@ -686,8 +726,14 @@ Comparison compare(const Side& side_a, const Side& side_b, const Options& option
   std::vector<Draft> drafts;
   const Vec3 pull = b.gravity - a.gravity;
   if (pull.norm() > kRoundingRelative * std::max(a.gravity.norm(), b.gravity.norm())) {
-    Draft draft{.difference = {.element = "gravity", .parameter = "gravity", .unit = "m/s^2", .a = a.gravity.norm(), .b = b.gravity.norm()}};
-    draft.difference.words = fmt::format("{:.4g}, {:.4g}, {:.4g} instead of {:.4g}, {:.4g}, {:.4g} m/s^2 in A's axes", b.gravity.x(), b.gravity.y(), b.gravity.z(), a.gravity.x(), a.gravity.y(), a.gravity.z());
+    Draft draft{.difference = {.element = "gravity",
+                               .parameter = "gravity",
+                               .unit = "m/s^2",
+                               .a = a.gravity.norm(),
+                               .b = b.gravity.norm()}};
+    draft.difference.words =
+        fmt::format("{:.4g}, {:.4g}, {:.4g} instead of {:.4g}, {:.4g}, {:.4g} m/s^2 in A's axes", b.gravity.x(),
+                    b.gravity.y(), b.gravity.z(), a.gravity.x(), a.gravity.y(), a.gravity.z());
     draft.put = [value = b.gravity](Model& model) { model.gravity = value; };
     drafts.push_back(std::move(draft));
   }
@@ -707,7 +753,8 @@ Comparison compare(const Side& side_a, const Side& side_b, const Options& option
       const auto of_a = side_a.velocity_limits.find(name_a), of_b = side_b.velocity_limits.find(name_b);
       if (of_a == side_a.velocity_limits.end() || of_b == side_b.velocity_limits.end()) continue;
       if (!differ(of_a->second, of_b->second)) continue;
-      Draft draft = plain(element_of(a, static_cast<int>(i)), "velocity limit", slides(a, a.bodies[i]) ? "m/s" : "rad/s", of_a->second, of_b->second);
+      Draft draft = plain(element_of(a, static_cast<int>(i)), "velocity limit",
+                          slides(a, a.bodies[i]) ? "m/s" : "rad/s", of_a->second, of_b->second);
       draft.difference.effect = relative(of_a->second, of_b->second);
       drafts.push_back(std::move(draft));
     }

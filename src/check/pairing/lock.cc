@@ -125,7 +125,8 @@ class Fusion {
       pair.shape_a = shape_of[static_cast<size_t>(pair.shape_a)];
       pair.shape_b = shape_of[static_cast<size_t>(pair.shape_b)];
       if (pair.shape_a < 0 || pair.shape_b < 0) continue;
-      if (model.shapes[static_cast<size_t>(pair.shape_a)].body == model.shapes[static_cast<size_t>(pair.shape_b)].body) {
+      if (model.shapes[static_cast<size_t>(pair.shape_a)].body ==
+          model.shapes[static_cast<size_t>(pair.shape_b)].body) {
         continue;
       }
       model.contacts.push_back(pair);
@@ -148,10 +149,10 @@ class Fusion {
       keep_terms(coupling.terms, joint_of_);
       return coupling.joint < 0;
     });
-    std::erase_if(model.tendons, [&](Tendon& tendon) { return keep_terms(tendon.terms, joint_of_), tendon.terms.empty(); });
-    std::erase_if(model.connects, [&](Connect& c) {
-      return !move(c.body_a, c.p_A) || !move(c.body_b, c.p_B) || c.body_a == c.body_b;
-    });
+    std::erase_if(model.tendons,
+                  [&](Tendon& tendon) { return keep_terms(tendon.terms, joint_of_), tendon.terms.empty(); });
+    std::erase_if(model.connects,
+                  [&](Connect& c) { return !move(c.body_a, c.p_A) || !move(c.body_b, c.p_B) || c.body_a == c.body_b; });
     std::erase_if(model.welds, [&](Weld& weld) {
       const Pose X_HA = pose(weld.body_a), X_HB = pose(weld.body_b);
       weld.body_a = host(weld.body_a), weld.body_b = host(weld.body_b);

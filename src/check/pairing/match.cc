@@ -37,7 +37,8 @@ std::string core_of(const std::string& name) {
 
 // Where the bodies and the lines of their joints are at 0.
 struct Layout {
-  explicit Layout(const Model& model) : X_WB(model.bodies.size()), p(X_WB.size()), axis(X_WB.size()), carried(X_WB.size(), 1) {
+  explicit Layout(const Model& model)
+      : X_WB(model.bodies.size()), p(X_WB.size()), axis(X_WB.size()), carried(X_WB.size(), 1) {
     for (size_t i = 0; i < model.bodies.size(); ++i) {
       const Body& body = model.bodies[i];
       X_WB[i] = body.parent == kWorld ? body.X_PB : X_WB[static_cast<size_t>(body.parent)] * body.X_PB;
@@ -101,12 +102,14 @@ class Matcher {
 
   void mapped(int i, int j, const std::string& name_a, const std::string& name_b) {
     if (type_a(i) != type_b(j)) {
-      throw InputError(fmt::format("--map {}={}: {} of the first file and {} of the second are of different types; map "
-                                   "joints of one type",
-                                   name_a, name_b, element_of(a_, i), element_of(b_, j)));
+      throw InputError(
+          fmt::format("--map {}={}: {} of the first file and {} of the second are of different types; map "
+                      "joints of one type",
+                      name_a, name_b, element_of(a_, i), element_of(b_, j)));
     }
     if (b_of_[static_cast<size_t>(i)] >= 0 || a_of_[static_cast<size_t>(j)] >= 0) {
-      throw InputError(fmt::format("--map {}={} names an element that another --map has; name each once", name_a, name_b));
+      throw InputError(
+          fmt::format("--map {}={} names an element that another --map has; name each once", name_a, name_b));
     }
     set(i, j, How::kMap);
   }
@@ -241,7 +244,8 @@ class Matcher {
           if (!through && carrier != a_.bodies[i].parent) continue;
           for (size_t j = 0; j < a_of_.size(); ++j) {
             if (a_of_[j] >= 0 || (!through && carrier_b(static_cast<int>(j)) != b_.bodies[j].parent)) continue;
-            if (carrier_b(static_cast<int>(j)) != (carrier == kWorld ? kWorld : b_of_[static_cast<size_t>(carrier)])) continue;
+            if (carrier_b(static_cast<int>(j)) != (carrier == kWorld ? kWorld : b_of_[static_cast<size_t>(carrier)]))
+              continue;
             const double c = cost(i, j);
             if (c < (through ? 0.3 : 1.5)) ways.emplace_back(c, i, j);
           }

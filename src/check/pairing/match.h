@@ -17,8 +17,8 @@ struct BodyMatch {
 };
 
 // "joint 'knee'", "free body 'torso'": what a body is called here.
-std::string name_of(const Model& model, int body);       // of its joint, of a free body its own
-std::string element_of(const Model& model, int body);    // with its noun
+std::string name_of(const Model& model, int body);         // of its joint, of a free body its own
+std::string element_of(const Model& model, int body);      // with its noun
 bool is_descendant(const Model& model, int body, int of);  // also of itself; of kWorld always
 
 // Matches that respect both trees: what one body hangs on, its match hangs on. Names of `map` that are no joint and no

@@ -40,7 +40,8 @@ std::string type_of(const Model& model, int body) {
 }
 
 // What `model` alone has, and with what it is compared.
-void tell_alone(const Model& model, const Model& other, const std::vector<bool>& matched, const char* where, Comparison& out) {
+void tell_alone(const Model& model, const Model& other, const std::vector<bool>& matched, const char* where,
+                Comparison& out) {
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     if (matched[i]) continue;
     const auto index = static_cast<int>(i);
@@ -48,13 +49,15 @@ void tell_alone(const Model& model, const Model& other, const std::vector<bool>&
     std::string as = model.bodies[i].is_free() ? "left out" : "compared with it locked at 0";
     if (model.bodies[i].is_free()) {
       for (size_t k = 0; k < model.bodies.size(); ++k) {
-        if (k != i && matched[k] && is_descendant(model, static_cast<int>(k), index)) as = "compared with it fixed to the world";
+        if (k != i && matched[k] && is_descendant(model, static_cast<int>(k), index))
+          as = "compared with it fixed to the world";
       }
     }
     std::string words = fmt::format("only in {}: {}", where, as);
     for (size_t k = 0; k < other.bodies.size(); ++k) {
       if (name_of(other, static_cast<int>(k)) == name && type_of(other, static_cast<int>(k)) != type_of(model, index)) {
-        words = fmt::format("{} in {} and {} in the other file: {}", type_of(model, index), where, type_of(other, static_cast<int>(k)), as);
+        words = fmt::format("{} in {} and {} in the other file: {}", type_of(model, index), where,
+                            type_of(other, static_cast<int>(k)), as);
       }
     }
     out.findings.push_back({element_of(model, index), words});
@@ -80,18 +83,21 @@ Trees match_trees(const Side& side_a, const Side& side_b, const Options& options
     if (!a.bodies[static_cast<size_t>(match.a)].is_free()) ++out.joints_matched;
   }
   const size_t fewer = std::min(out.joints_a, out.joints_b);
-  if (options.map.empty() ? static_cast<double>(out.joints_matched) < kPair * static_cast<double>(fewer) : trees.matches.empty()) {
-    throw InputError(fmt::format("{} of {} joints match: give --map A_NAME=B_NAME for the others, or compare files of one robot",
-                                 out.joints_matched, fewer));
+  if (options.map.empty() ? static_cast<double>(out.joints_matched) < kPair * static_cast<double>(fewer)
+                          : trees.matches.empty()) {
+    throw InputError(
+        fmt::format("{} of {} joints match: give --map A_NAME=B_NAME for the others, or compare files of one robot",
+                    out.joints_matched, fewer));
   }
   if (trees.matches.empty() || (fewer == 0 && std::max(out.joints_a, out.joints_b) > 0)) {
-    throw InputError(fmt::format("nothing of '{}' ({} joints) matches '{}' ({} joints): compare files of one robot", side_a.file,
-                                 out.joints_a, side_b.file, out.joints_b));
+    throw InputError(fmt::format("nothing of '{}' ({} joints) matches '{}' ({} joints): compare files of one robot",
+                                 side_a.file, out.joints_a, side_b.file, out.joints_b));
   }
 
   for (const auto& [side, where, other] : {std::tuple(&side_a, "A", "B"), std::tuple(&side_b, "B", "A")}) {
     if (side->base_changed) {
-      out.findings.push_back({"base", fmt::format("fixed to the world in {} and free in {}: compared with both free", where, other)});
+      out.findings.push_back(
+          {"base", fmt::format("fixed to the world in {} and free in {}: compared with both free", where, other)});
     }
   }
   tell_alone(a, b, matched_a, "A", out);
@@ -106,15 +112,19 @@ Trees match_trees(const Side& side_a, const Side& side_b, const Options& options
   trees.a = locked(a, alone_a), trees.b = locked(b, alone_b);
   std::vector<int> b_of(trees.a.model.bodies.size(), -1);
   for (const BodyMatch& match : trees.matches) {
-    b_of[static_cast<size_t>(trees.a.index[static_cast<size_t>(match.a)])] = trees.b.index[static_cast<size_t>(match.b)];
+    b_of[static_cast<size_t>(trees.a.index[static_cast<size_t>(match.a)])] =
+        trees.b.index[static_cast<size_t>(match.b)];
   }
   trees.placement = placed(trees.a.model, trees.b.model, b_of);
   for (const BodyMatch& match : trees.matches) {
     const Body& body = a.bodies[static_cast<size_t>(match.a)];
     const bool reversed = trees.placement.reversed[static_cast<size_t>(trees.a.index[static_cast<size_t>(match.a)])];
-    out.matches.push_back({body.is_free() ? "free body" : "joint", name_of(a, match.a), name_of(b, match.b), match.how, reversed});
+    out.matches.push_back(
+        {body.is_free() ? "free body" : "joint", name_of(a, match.a), name_of(b, match.b), match.how, reversed});
     if (reversed) {
-      out.findings.push_back({element_of(a, match.a), "turns the other way in B: its positions, limits and drives are compared with the opposite sign"});
+      out.findings.push_back(
+          {element_of(a, match.a),
+           "turns the other way in B: its positions, limits and drives are compared with the opposite sign"});
     }
   }
   for (const Body& body : trees.a.model.bodies) out.mass_a += body.mass;
@@ -122,8 +132,9 @@ Trees match_trees(const Side& side_a, const Side& side_b, const Options& options
   const Pose& X = trees.placement.X_world;
   const double turned = 2 * std::atan2(X.q.vec().norm(), std::abs(X.q.w()));
   if (X.p.norm() > kRoundingLength || turned > kRoundingAngle) {
-    out.notes.push_back(fmt::format("B stands elsewhere in the world, which is no difference: {:.4g} mm away, turned by {:.3g} degrees",
-                                    1e3 * X.p.norm(), turned * 180 / M_PI));
+    out.notes.push_back(
+        fmt::format("B stands elsewhere in the world, which is no difference: {:.4g} mm away, turned by {:.3g} degrees",
+                    1e3 * X.p.norm(), turned * 180 / M_PI));
   }
   return trees;
 }

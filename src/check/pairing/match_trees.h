@@ -9,10 +9,10 @@
 namespace assay::pairing {
 
 struct Trees {
-  Model whole_a, whole_b;           // from_zero() (load/model_urdf.h)
-  std::vector<BodyMatch> matches;   // of their bodies
+  Model whole_a, whole_b;          // from_zero() (load/model_urdf.h)
+  std::vector<BodyMatch> matches;  // of their bodies
   Locked a, b;
-  Placement placement;              // of the locked ones
+  Placement placement;  // of the locked ones
 };
 
 // Writes matches, counts and findings of bodies to `out`. Throws as compare().

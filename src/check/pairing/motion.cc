@@ -34,7 +34,8 @@ bool has_ground(const Model& model) {
 
 void drop_contacts_of_world(Model& model) {
   std::erase_if(model.contacts, [&](const ContactPair& pair) {
-    return model.shapes[static_cast<size_t>(pair.shape_a)].body == kWorld || model.shapes[static_cast<size_t>(pair.shape_b)].body == kWorld;
+    return model.shapes[static_cast<size_t>(pair.shape_a)].body == kWorld ||
+           model.shapes[static_cast<size_t>(pair.shape_b)].body == kWorld;
   });
 }
 
@@ -134,8 +135,11 @@ Motion one_second(const Side& side_a, const Side& side_b, const Options& options
       });
   if (interrupted()) throw SystemError("interrupted: nothing was written");
   if (tracks.size() < 2) {
-    if (failure.empty() && end.from_outside()) throw EndedFromOutside(fmt::format("running {}", contender.name), end.signal);
-    motion.failure = !failure.empty() ? failure : end.signal != 0 ? "it crashed with " + end.signal_text() : "its process ended early";
+    if (failure.empty() && end.from_outside())
+      throw EndedFromOutside(fmt::format("running {}", contender.name), end.signal);
+    motion.failure = !failure.empty()  ? failure
+                     : end.signal != 0 ? "it crashed with " + end.signal_text()
+                                       : "its process ended early";
     return motion;
   }
   const auto place = [](const std::vector<double>& places, size_t bodies, size_t sample, size_t body) {
@@ -153,7 +157,9 @@ Motion one_second(const Side& side_a, const Side& side_b, const Options& options
         motion.distance = apart;
         motion.body = a.bodies[i].name;
         motion.travelled = 0;
-        for (size_t k = 1; k <= sample; ++k) motion.travelled += (place(tracks[0], a.bodies.size(), k, i) - place(tracks[0], a.bodies.size(), k - 1, i)).norm();
+        for (size_t k = 1; k <= sample; ++k)
+          motion.travelled +=
+              (place(tracks[0], a.bodies.size(), k, i) - place(tracks[0], a.bodies.size(), k - 1, i)).norm();
       }
     }
   }

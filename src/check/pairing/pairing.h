@@ -66,7 +66,7 @@ struct Difference {
   // velocities, accelerations of 5 rad/s^2), to that force of A, of the joint where this is largest. Of limits to the
   // joint's range, of actuators, force and velocity limits and contact friction to A's value, of shapes to their size.
   double effect = 0;
-  double share = 0;  // of the sum of all effects
+  double share = 0;       // of the sum of all effects
   std::string felt = {};  // the joint that feels it most; "" where the effect is no joint's force
 };
 
@@ -74,10 +74,10 @@ struct Difference {
 struct Motion {
   std::string contender = {};
   std::string failure = {};  // why there is none; "" otherwise
-  double distance = 0;   // m, largest of a matched body's centres of mass within the second
-  std::string body = {};  // which
-  double travelled = 0;  // m, of that body in A
-  std::string note = {};  // what both ran without
+  double distance = 0;       // m, largest of a matched body's centres of mass within the second
+  std::string body = {};     // which
+  double travelled = 0;      // m, of that body in A
+  std::string note = {};     // what both ran without
 };
 
 struct Comparison {
@@ -96,8 +96,8 @@ struct Comparison {
   bool differs_above(double share) const;
 };
 
-// Throws InputError for a name of `map` that a file does not have, and for two models that are no pair: "17 of 29 joints
-// match: give --map A_NAME=B_NAME".
+// Throws InputError for a name of `map` that a file does not have, and for two models that are no pair: "17 of 29
+// joints match: give --map A_NAME=B_NAME".
 Comparison compare(const Side& a, const Side& b, const Options& options);
 
 // B, in its own frames and under its own names, with A's values wherever its elements match. Throws as compare().

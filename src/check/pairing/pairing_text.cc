@@ -19,8 +19,8 @@ std::string percent(double share) {
 }
 
 Json side_json(const Side& side, size_t joints, double mass) {
-  return {{"file", side.file},  {"format", side.format.name},         {"hash", side.model.hash}, {"joints", joints},
-          {"bodies", side.model.bodies.size()}, {"mass", mass}};
+  return {{"file", side.file}, {"format", side.format.name},         {"hash", side.model.hash},
+          {"joints", joints},  {"bodies", side.model.bodies.size()}, {"mass", mass}};
 }
 
 Json findings_json(const std::vector<Finding>& findings) {
@@ -45,8 +45,9 @@ std::string matches_line(const Json& comparison) {
   }
   std::vector<std::string> parts;
   for (const auto& [way, count] : ways) parts.push_back(fmt::format("{} by {}", count, way));
-  std::string text = fmt::format("{} of {} and {} joints match", comparison.at("joints_matched").get<size_t>(),
-                                 comparison.at("a").at("joints").get<size_t>(), comparison.at("b").at("joints").get<size_t>());
+  std::string text =
+      fmt::format("{} of {} and {} joints match", comparison.at("joints_matched").get<size_t>(),
+                  comparison.at("a").at("joints").get<size_t>(), comparison.at("b").at("joints").get<size_t>());
   if (!parts.empty()) text += fmt::format(" ({})", join(parts, ", "));
   if (actuators > 0) text += fmt::format(", and {}", counted(actuators, "actuator"));
   return text;
@@ -57,7 +58,11 @@ std::string matches_line(const Json& comparison) {
 Json comparison_json(const Side& a, const Side& b, const Comparison& comparison) {
   Json matches = Json::array(), differences = Json::array();
   for (const Match& match : comparison.matches) {
-    matches.push_back({{"kind", match.kind}, {"a", match.a}, {"b", match.b}, {"how", how_text(match.how)}, {"reversed", match.reversed}});
+    matches.push_back({{"kind", match.kind},
+                       {"a", match.a},
+                       {"b", match.b},
+                       {"how", how_text(match.how)},
+                       {"reversed", match.reversed}});
   }
   const auto number = [](const std::optional<double>& value) { return value ? Json(*value) : Json(); };
   for (const Difference& d : comparison.differences) {
@@ -97,7 +102,8 @@ std::string comparison_text(const Json& comparison, bool matches, bool all) {
   if (matches) {
     std::vector<std::vector<std::string>> rows;
     for (const Json& match : comparison.at("matches")) {
-      rows.push_back({match.at("kind").get<std::string>(), match.at("a").get<std::string>(), match.at("b").get<std::string>(),
+      rows.push_back({match.at("kind").get<std::string>(), match.at("a").get<std::string>(),
+                      match.at("b").get<std::string>(),
                       match.at("how").get<std::string>() + (match.at("reversed").get<bool>() ? ", reversed" : "")});
     }
     if (!rows.empty()) out += table({"", "A", "B", "matched by"}, rows) + "\n";
@@ -110,7 +116,9 @@ std::string comparison_text(const Json& comparison, bool matches, bool all) {
         out += fmt::format("  and {} more (--all)\n", findings.size() - kMost);
         break;
       }
-      out += paragraph(fmt::format("  {}{}: {}", before, finding.at("element").get<std::string>(), finding.at("what").get<std::string>()), 4);
+      out += paragraph(fmt::format("  {}{}: {}", before, finding.at("element").get<std::string>(),
+                                   finding.at("what").get<std::string>()),
+                       4);
     }
   };
   const Json& differences = comparison.at("differences");
@@ -119,16 +127,20 @@ std::string comparison_text(const Json& comparison, bool matches, bool all) {
   std::vector<std::vector<std::string>> rows;
   for (const Json& d : differences) {
     if (rows.size() == kMost && !all) break;
-    rows.push_back({percent(d.at("effect").get<double>()), percent(d.at("share").get<double>()), d.at("element").get<std::string>(),
-                    d.at("parameter").get<std::string>(), d.at("words").get<std::string>()});
+    rows.push_back({percent(d.at("effect").get<double>()), percent(d.at("share").get<double>()),
+                    d.at("element").get<std::string>(), d.at("parameter").get<std::string>(),
+                    d.at("words").get<std::string>()});
   }
   if (!rows.empty()) {
     out += table({"effect", "share", "element", "parameter", "B's instead of A's"}, rows, {0, 1});
-    if (rows.size() < differences.size()) out += fmt::format("  and {} more (--all)\n", differences.size() - rows.size());
+    if (rows.size() < differences.size())
+      out += fmt::format("  and {} more (--all)\n", differences.size() - rows.size());
     out += "\n" + paragraph(
-        "Effect: how much of A's joint forces changes with this one value of B's, in random motions, where it is felt "
-        "most; of limits relative to the range, of drives and friction of contacts to A's value, of shapes to their "
-        "size. Share: of the sum of all effects.");
+                      "Effect: how much of A's joint forces changes with this one value of B's, in random motions, "
+                      "where it is felt "
+                      "most; of limits relative to the range, of drives and friction of contacts to A's value, of "
+                      "shapes to their "
+                      "size. Share: of the sum of all effects.");
   } else if (comparison.at("findings").empty()) {
     out += "one robot: nothing that moves it differs beyond the rounding of the files\n";
   }

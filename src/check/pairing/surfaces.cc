@@ -101,8 +101,10 @@ bool equal(const Model& model_a, const Shape& a, const Model& model_b, const Sha
   }
   if (a.type != ShapeType::kSphere && a.X_BS.q.angularDistance(b.X_BS.q) > kAngle) return false;
   if (a.type != ShapeType::kHull) return true;
-  const auto &u = model_a.hulls[static_cast<size_t>(a.data)].vertices, &v = model_b.hulls[static_cast<size_t>(b.data)].vertices;
-  return u.size() == v.size() && std::ranges::equal(u, v, [](const Vec3& p, const Vec3& q) { return (p - q).norm() < kLength; });
+  const auto &u = model_a.hulls[static_cast<size_t>(a.data)].vertices,
+             &v = model_b.hulls[static_cast<size_t>(b.data)].vertices;
+  return u.size() == v.size() &&
+         std::ranges::equal(u, v, [](const Vec3& p, const Vec3& q) { return (p - q).norm() < kLength; });
 }
 
 struct Ball {

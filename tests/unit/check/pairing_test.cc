@@ -64,7 +64,8 @@ Model reframed(Model model) {
     Body& body = model.bodies[i];
     const Pose X_FB = X_BF[i].inverse();
     const Mat3 R = X_FB.q.toRotationMatrix();
-    body.X_PB = (body.parent == kWorld ? Pose() : X_BF[static_cast<size_t>(body.parent)].inverse()) * body.X_PB * X_BF[i];
+    body.X_PB =
+        (body.parent == kWorld ? Pose() : X_BF[static_cast<size_t>(body.parent)].inverse()) * body.X_PB * X_BF[i];
     body.p_BBcm = X_FB * body.p_BBcm;
     body.I_BBcm_B = R * body.I_BBcm_B * R.transpose();
     body.name = "part " + std::string(1, static_cast<char>('p' + i));
@@ -84,7 +85,8 @@ TEST(Pairing, OtherFramesAndNamesAreNoDifference) {
   const Comparison comparison = compared(arm(), reframed(arm()));
   EXPECT_EQ(comparison.joints_matched, 3U);
   EXPECT_TRUE(comparison.findings.empty());
-  for (const Difference& d : comparison.differences) ADD_FAILURE() << d.element << ": " << d.parameter << " " << d.words;
+  for (const Difference& d : comparison.differences)
+    ADD_FAILURE() << d.element << ": " << d.parameter << " " << d.words;
 }
 
 TEST(Pairing, AnotherZeroOfTheReferenceIsNoDifference) {
@@ -109,7 +111,8 @@ TEST_P(OneChange, IsTheOneDifferenceInAnyFrames) {
     Model model = other_frames ? reframed(arm()) : arm();
     GetParam().make(model);
     const Comparison comparison = compared(arm(), model);
-    ASSERT_EQ(comparison.differences.size(), 1U) << other_frames << (comparison.differences.empty() ? "" : comparison.differences[1].words);
+    ASSERT_EQ(comparison.differences.size(), 1U)
+        << other_frames << (comparison.differences.empty() ? "" : comparison.differences[1].words);
     EXPECT_EQ(comparison.differences[0].element, GetParam().element);
     EXPECT_EQ(comparison.differences[0].parameter, GetParam().parameter);
     EXPECT_GT(comparison.differences[0].effect, 1e-5);
@@ -120,25 +123,27 @@ TEST_P(OneChange, IsTheOneDifferenceInAnyFrames) {
 
 INSTANTIATE_TEST_SUITE_P(
     Pairing, OneChange,
-    testing::Values(
-        Change{"body 'fore'", "mass", [](Model& m) { m.bodies[1].mass *= 1.01; }},
-        Change{"body 'tip'", "inertia", [](Model& m) { m.bodies[2].I_BBcm_B *= 1.01; }},
-        Change{"body 'upper'", "centre of mass", [](Model& m) { m.bodies[0].p_BBcm.y() += 0.001; }},
-        Change{"joint 'elbow'", "damping", [](Model& m) { m.joints[1].damping *= 1.01; }},
-        Change{"joint 'shoulder'", "dry friction", [](Model& m) { m.joints[0].dry_friction *= 1.01; }},
-        Change{"joint 'shoulder'", "armature", [](Model& m) { m.joints[0].armature *= 1.01; }},
-        Change{"joint 'rail'", "upper limit", [](Model& m) { m.joints[2].upper *= 1.01; }},
-        Change{"joint 'elbow'", "axis",
-               [](Model& m) {
-                 Vec3& axis = m.joints[1].axis_B;
-                 axis = Eigen::AngleAxisd(0.5 * M_PI / 180, axis.unitOrthogonal()) * axis;
-               }},
-        Change{"joint 'elbow'", "offset", [](Model& m) { m.bodies[1].X_PB.p.x() += 0.001; }},
-        Change{"joint 'elbow'", "anchor", [](Model& m) { m.joints[1].p_BJ += 0.001 * m.joints[1].axis_B.unitOrthogonal(); }},
-        Change{"actuator 'servo'", "position gain (kp)", [](Model& m) { m.actuators[0].gain *= 1.01, m.actuators[0].bias[1] *= 1.01; }},
-        Change{"actuator 'drive'", "gear", [](Model& m) { m.actuators[1].terms[0].coefficient *= 1.01; }},
-        Change{"actuator 'servo'", "force range, upper", [](Model& m) { m.actuators[0].force_upper *= 1.01; }},
-        Change{"body 'tip'", "collision shape", [](Model& m) { m.shapes[2].radius *= 1.01; }}));
+    testing::Values(Change{"body 'fore'", "mass", [](Model& m) { m.bodies[1].mass *= 1.01; }},
+                    Change{"body 'tip'", "inertia", [](Model& m) { m.bodies[2].I_BBcm_B *= 1.01; }},
+                    Change{"body 'upper'", "centre of mass", [](Model& m) { m.bodies[0].p_BBcm.y() += 0.001; }},
+                    Change{"joint 'elbow'", "damping", [](Model& m) { m.joints[1].damping *= 1.01; }},
+                    Change{"joint 'shoulder'", "dry friction", [](Model& m) { m.joints[0].dry_friction *= 1.01; }},
+                    Change{"joint 'shoulder'", "armature", [](Model& m) { m.joints[0].armature *= 1.01; }},
+                    Change{"joint 'rail'", "upper limit", [](Model& m) { m.joints[2].upper *= 1.01; }},
+                    Change{"joint 'elbow'", "axis",
+                           [](Model& m) {
+                             Vec3& axis = m.joints[1].axis_B;
+                             axis = Eigen::AngleAxisd(0.5 * M_PI / 180, axis.unitOrthogonal()) * axis;
+                           }},
+                    Change{"joint 'elbow'", "offset", [](Model& m) { m.bodies[1].X_PB.p.x() += 0.001; }},
+                    Change{"joint 'elbow'", "anchor",
+                           [](Model& m) { m.joints[1].p_BJ += 0.001 * m.joints[1].axis_B.unitOrthogonal(); }},
+                    Change{"actuator 'servo'", "position gain (kp)",
+                           [](Model& m) { m.actuators[0].gain *= 1.01, m.actuators[0].bias[1] *= 1.01; }},
+                    Change{"actuator 'drive'", "gear", [](Model& m) { m.actuators[1].terms[0].coefficient *= 1.01; }},
+                    Change{"actuator 'servo'", "force range, upper",
+                           [](Model& m) { m.actuators[0].force_upper *= 1.01; }},
+                    Change{"body 'tip'", "collision shape", [](Model& m) { m.shapes[2].radius *= 1.01; }}));
 
 TEST(Pairing, LargestEffectComesFirst) {
   Model other = arm();
@@ -149,7 +154,8 @@ TEST(Pairing, LargestEffectComesFirst) {
   ASSERT_EQ(comparison.differences.size(), 3U);
   EXPECT_EQ(comparison.differences[0].parameter, "mass");
   EXPECT_GE(comparison.differences[1].effect, comparison.differences[2].effect);
-  EXPECT_NEAR(comparison.differences[0].share + comparison.differences[1].share + comparison.differences[2].share, 1, 1e-12);
+  EXPECT_NEAR(comparison.differences[0].share + comparison.differences[1].share + comparison.differences[2].share, 1,
+              1e-12);
   EXPECT_TRUE(comparison.differs_above(0.01));
   EXPECT_FALSE(comparison.differs_above(10));
 }
@@ -175,7 +181,8 @@ TEST(Pairing, JointThatOneFileHoldsIsOneFinding) {
   const Comparison comparison = compared(arm(), held);
   ASSERT_EQ(comparison.findings.size(), 1U);
   EXPECT_THAT(comparison.findings[0].element, HasSubstr("'rail'"));
-  for (const Difference& d : comparison.differences) ADD_FAILURE() << d.element << ": " << d.parameter << " " << d.words;
+  for (const Difference& d : comparison.differences)
+    ADD_FAILURE() << d.element << ": " << d.parameter << " " << d.words;
 }
 
 TEST(Pairing, MapDecidesAndIsChecked) {
@@ -186,7 +193,8 @@ TEST(Pairing, MapDecidesAndIsChecked) {
   EXPECT_TRUE(comparison.same());
   EXPECT_THAT(message_of<InputError>([] { compared(arm(), arm(), {.map = {{"sholder", "elbow"}}}); }),
               HasSubstr("--map names 'sholder'"));
-  EXPECT_THAT(message_of<InputError>([] { compared(arm(), arm(), {.map = {{"rail", "elbow"}}}); }), HasSubstr("different types"));
+  EXPECT_THAT(message_of<InputError>([] { compared(arm(), arm(), {.map = {{"rail", "elbow"}}}); }),
+              HasSubstr("different types"));
 }
 
 TEST(Pairing, FilesThatAreNoPairSaySo) {
@@ -194,7 +202,8 @@ TEST(Pairing, FilesThatAreNoPairSaySo) {
     <body><joint type="slide" axis="0 0 1"/><geom size="0.1" mass="1"/>
       <body pos="0 0 3"><joint type="ball"/><geom size="0.1" mass="1"/>
         <body pos="0 3 3"><joint type="slide" axis="1 0 0"/><geom size="0.1" mass="1"/></body></body></body>
-  </worldbody></mujoco>)", "other");
+  </worldbody></mujoco>)",
+                                      "other");
   EXPECT_THAT(message_of<InputError>([&] { compared(arm(), other); }), HasSubstr("joints match: give --map"));
 }
 
@@ -210,15 +219,18 @@ TEST(Pairing, AgreedIsThePair) {
   const Model written = load_model_text(model_mjcf(agreed(side_of(arm()), side_of(other), {})), "written");
   const Comparison comparison = compared(arm(), written);
   EXPECT_TRUE(comparison.findings.empty());
-  for (const Difference& d : comparison.differences) ADD_FAILURE() << d.element << ": " << d.parameter << " " << d.words;
+  for (const Difference& d : comparison.differences)
+    ADD_FAILURE() << d.element << ": " << d.parameter << " " << d.words;
 }
 
 // ---- surfaces -------------------------------------------------------------------------------------------------------
 
 TEST(Surfaces, DistancesAreClosedForms) {
   const Model model;
-  const Shape sphere{.type = ShapeType::kSphere, .radius = 0.3}, capsule{.type = ShapeType::kCapsule, .radius = 0.1, .half_length = 0.2},
-      cylinder{.type = ShapeType::kCylinder, .radius = 0.1, .half_length = 0.2}, box{.type = ShapeType::kBox, .half_size = {0.1, 0.2, 0.3}},
+  const Shape sphere{.type = ShapeType::kSphere, .radius = 0.3},
+      capsule{.type = ShapeType::kCapsule, .radius = 0.1, .half_length = 0.2},
+      cylinder{.type = ShapeType::kCylinder, .radius = 0.1, .half_length = 0.2},
+      box{.type = ShapeType::kBox, .half_size = {0.1, 0.2, 0.3}},
       ellipsoid{.type = ShapeType::kEllipsoid, .half_size = {0.1, 0.2, 0.3}};
   EXPECT_NEAR(signed_distance(model, sphere, {0, 0.5, 0}), 0.2, 1e-12);
   EXPECT_NEAR(signed_distance(model, capsule, {0, 0.3, 0.2}), 0.2, 1e-12);
@@ -238,7 +250,8 @@ TEST(Surfaces, DistancesAreClosedForms) {
 
 TEST(Surfaces, PointsLieOnTheSurface) {
   const Model model;
-  for (const ShapeType type : {ShapeType::kSphere, ShapeType::kCapsule, ShapeType::kCylinder, ShapeType::kBox, ShapeType::kEllipsoid}) {
+  for (const ShapeType type :
+       {ShapeType::kSphere, ShapeType::kCapsule, ShapeType::kCylinder, ShapeType::kBox, ShapeType::kEllipsoid}) {
     const Shape shape{.type = type, .radius = 0.1, .half_length = 0.2, .half_size = {0.1, 0.2, 0.3}};
     for (const Vec3& p : surface_points(model, shape)) EXPECT_NEAR(signed_distance(model, shape, p), 0, 1e-9);
   }
@@ -247,8 +260,10 @@ TEST(Surfaces, PointsLieOnTheSurface) {
 TEST(Surfaces, HullOfABoxIsTheBox) {
   Model model;
   Hull hull;
-  for (int k = 0; k < 8; ++k) hull.vertices.emplace_back((k & 1) != 0 ? 0.1 : -0.1, (k & 2) != 0 ? 0.2 : -0.2, (k & 4) != 0 ? 0.3 : -0.3);
-  hull.faces = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  for (int k = 0; k < 8; ++k)
+    hull.vertices.emplace_back((k & 1) != 0 ? 0.1 : -0.1, (k & 2) != 0 ? 0.2 : -0.2, (k & 4) != 0 ? 0.3 : -0.3);
+  hull.faces = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
   model.hulls = {hull};
   const Shape box{.type = ShapeType::kBox, .half_size = {0.1, 0.2, 0.3}}, mesh{.type = ShapeType::kHull, .data = 0};
   for (const Vec3& p : {Vec3(0.3, 0.1, 0), Vec3(0.2, 0.4, 0.5), Vec3(0.05, 0.1, 0), Vec3(-0.4, 0, 0.31)}) {
@@ -262,7 +277,8 @@ TEST(Surfaces, HullOfABoxIsTheBox) {
 // A shape within another one of its own set is no surface.
 TEST(Surfaces, InnerShapesDoNotCount) {
   const Model model;
-  const Shape outer{.type = ShapeType::kSphere, .radius = 0.3}, inner{.type = ShapeType::kBox, .half_size = {0.05, 0.05, 0.05}};
+  const Shape outer{.type = ShapeType::kSphere, .radius = 0.3},
+      inner{.type = ShapeType::kBox, .half_size = {0.05, 0.05, 0.05}};
   EXPECT_NEAR(surface_distance({&model, {&outer, &inner}}, {&model, {&outer}}), 0, 1e-12);
 }
 

@@ -32,7 +32,8 @@ TEST(ModelMjcf, WritesConstraintsAndTendons) {
       <general name="muscle" tendon="pull" dyntype="filter" dynprm="0.05" gainprm="4" ctrlrange="-1 1"/>
       <motor name="m" joint="jd" gear="2"/>
     </actuator>
-  </mujoco>)", "hand");
+  </mujoco>)",
+                                      "hand");
   const Model again = load_model_text(model_mjcf(model), "again");
 
   ASSERT_EQ(again.couplings.size(), model.couplings.size());
