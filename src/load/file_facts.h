@@ -33,8 +33,7 @@ struct FileFacts {
   std::map<std::string, double> locked;  // joints of a URDF file that their equal limits hold, and where (rad, m)
   // How far what is drawn of a body of a URDF file lies from its centre of mass, m. Meshes are not looked at.
   std::map<std::string, double> drawn_reach;
-  std::map<std::string, double> velocity_limits;  // of a URDF file, by joint: rad/s, m/s; nothing here applies them
-  std::set<std::string> drawn;                    // names of shapes that the file lets collide with nothing
+  std::set<std::string> drawn;  // names of shapes that the file lets collide with nothing
 
   // Of an element as limitations name it, "joint 'knee' armature"; 0 when it is not known.
   int line_of(const std::string& element) const;

@@ -315,7 +315,6 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
     facts->is_urdf = is_urdf;
     facts->locked = urdf.locked;
     facts->drawn_reach = urdf.drawn_reach;
-    facts->velocity_limits = urdf.velocity_limits;
     facts->meshes = mesh_facts(model, spec.get(), compiled.get(), fs::path(file).parent_path().string(), urdf);
     for (MeshFacts& mesh : facts->meshes) mesh.in = places.file_of_model(mesh.in);
     if (is_urdf) add_urdf_lines(model, urdf, facts->lines);

@@ -4,18 +4,19 @@
 
 #include "base/errors.h"
 #include "load/mjcf.h"
+#include "load/urdf.h"
 
 namespace assay::pairing {
 namespace {
 
 Side read_side(const std::string& file, const LoadOptions& options) {
-  Side side{.file = file, .model = load_model(file, options)};
   FileFacts facts;
-  // no fault is left: it was loaded
-  static_cast<void>(inspect_model(file, options, &facts));
+  LoadReport report = inspect_model(file, options, &facts);
+  // a refused file is loaded again for what loading throws
+  Side side{.file = file, .model = report.model ? std::move(*report.model) : load_model(file, options)};
   if (facts.is_urdf) {
     side.format = {.name = "URDF", .drives = false, .contact_friction = false, .velocity_limits = true};
-    side.velocity_limits = facts.velocity_limits;
+    side.velocity_limits = read_urdf(model_text(file), file, options).velocity_limits;
   }
   return side;
 }
