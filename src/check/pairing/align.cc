@@ -97,7 +97,11 @@ class Placer {
   double of_children(int i, const Pose& X) const {
     double sum = 0;
     for (const int child : children_[static_cast<size_t>(i + 1)]) {
-      sum += differences(line_in_parent(a_, a(child)), moved(line_in_parent(b_, match(child)), X));
+      const Body &of_a = a(child), &of_b = match(child);
+      sum += differences(line_in_parent(a_, of_a), moved(line_in_parent(b_, of_b), X));
+      // a slide's line may lie anywhere: its body says where it is, but less surely
+      if (of_a.mass == 0 || of_b.mass == 0 || !slides(a_, of_a) || !slides(b_, of_b)) continue;
+      sum += 0.5 * difference((X * (of_b.X_PB * of_b.p_BBcm) - of_a.X_PB * of_a.p_BBcm).norm(), kRoundingLength);
     }
     return sum;
   }
