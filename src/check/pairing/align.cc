@@ -15,7 +15,6 @@ namespace assay::pairing {
 namespace {
 
 double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
-double angle_of(const Quat& q) { return 2 * std::atan2(q.vec().norm(), std::abs(q.w())); }
 double line_angle(const Vec3& a, const Vec3& b) {
   const double angle = angle_between(a, b);
   return std::min(angle, M_PI - angle);

@@ -2,6 +2,8 @@
 // line, a centre of mass and the next joints lie relative to each other is not.
 #pragma once
 
+#include <cmath>
+#include <optional>
 #include <vector>
 
 #include "check/pairing/match.h"
@@ -13,6 +15,9 @@ namespace assay::pairing {
 inline constexpr double kRoundingLength = 2e-5;    // m
 inline constexpr double kRoundingAngle = 3.5e-4;   // rad, 0.02 degrees
 inline constexpr double kRoundingRelative = 5e-4;  // of masses, inertias, gains
+
+// The angle of a rotation, at most pi, rad.
+inline double angle_of(const Quat& q) { return 2 * std::atan2(q.vec().norm(), std::abs(q.w())); }
 
 // Of two models whose trees are the same.
 struct Placement {

@@ -27,8 +27,6 @@ namespace {
 
 constexpr double kDegree = M_PI / 180;
 
-double angle_of(const Quat& q) { return 2 * std::atan2(q.vec().norm(), std::abs(q.w())); }
-
 // A body by its own name, or by its joint's where it has no mass.
 std::string body_element(const Model& model, int body) {
   if (body == kWorld) return "the world";
@@ -336,10 +334,6 @@ std::map<BodyPairKey, PairValues> pairs_of(const Model& model, bool ground) {
     values.friction.insert(pair.friction), values.torsional.insert(pair.torsional), values.rolling.insert(pair.rolling);
   }
   return pairs;
-}
-
-bool has_ground(const Model& model) {
-  return std::ranges::any_of(model.shapes, [](const Shape& shape) { return is_ground(shape) && shape.collides; });
 }
 
 std::string pair_text(const Model& model, const BodyPairKey& key) {

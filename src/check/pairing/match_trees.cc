@@ -130,7 +130,7 @@ Trees match_trees(const Side& side_a, const Side& side_b, const Options& options
   for (const Body& body : trees.a.model.bodies) out.mass_a += body.mass;
   for (const Body& body : trees.b.model.bodies) out.mass_b += body.mass;
   const Pose& X = trees.placement.X_world;
-  const double turned = 2 * std::atan2(X.q.vec().norm(), std::abs(X.q.w()));
+  const double turned = angle_of(X.q);
   if (X.p.norm() > kRoundingLength || turned > kRoundingAngle) {
     out.notes.push_back(
         fmt::format("B stands elsewhere in the world, which is no difference: {:.4g} mm away, turned by {:.3g} degrees",

@@ -11,6 +11,7 @@
 #include "base/exit_status.h"
 #include "base/json.h"
 #include "check/pairing/match_trees.h"
+#include "check/pairing/surfaces.h"
 #include "controls/control.h"
 #include "controls/engine_actuators.h"
 #include "engines/engine_files.h"
@@ -27,10 +28,6 @@ namespace {
 
 constexpr double kTimestep = 1e-3;
 constexpr int kSteps = 1000, kEvery = 50;
-
-bool has_ground(const Model& model) {
-  return std::ranges::any_of(model.shapes, [](const Shape& shape) { return is_ground(shape) && shape.collides; });
-}
 
 void drop_contacts_of_world(Model& model) {
   std::erase_if(model.contacts, [&](const ContactPair& pair) {

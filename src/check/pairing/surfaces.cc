@@ -148,6 +148,10 @@ double one_way(const ShapeSet& from, const ShapeSet& to, const std::vector<bool>
 
 }  // namespace
 
+bool has_ground(const Model& model) {
+  return std::ranges::any_of(model.shapes, [](const Shape& shape) { return is_ground(shape) && shape.collides; });
+}
+
 double signed_distance(const Model& model, const Shape& shape, const Vec3& p) {
   switch (shape.type) {
     case ShapeType::kSphere:

@@ -7,6 +7,9 @@
 
 namespace assay::pairing {
 
+// Whether it has a plane or a height field that collides.
+bool has_ground(const Model& model);
+
 // Signed distance of a point of the shape's frame from the shape's surface, m, negative inside. Exact; inside of boxes,
 // cylinders, ellipsoids and hulls as well. Not of planes and height fields (assert).
 double signed_distance(const Model& model, const Shape& shape, const Vec3& p_S);
