@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <optional>
 #include <tuple>
@@ -173,22 +174,20 @@ class Matcher {
       if (ways.size() > 6) break;
     }
     if (const auto fit = best_fit(from, to)) ways.push_back(*fit);
-    // the largest trees on each other: their frames, or their first joints
-    const auto largest = [](const Model& model, const Layout& lay) {
-      int best = -1;
-      for (size_t i = 0; i < model.bodies.size(); ++i) {
-        if (model.bodies[i].parent == kWorld && (best < 0 || lay.carried[i] > lay.carried[static_cast<size_t>(best)])) {
-          best = static_cast<int>(i);
+    // roots on each other: their frames, their first joints, or what their lines and the next joints span
+    const std::vector<size_t> roots_a = roots(a_), roots_b = roots(b_);
+    for (const size_t i : roots_a) {
+      for (const size_t j : roots_b) {
+        const Pose frames = lay_a_.X_WB[i] * lay_b_.X_WB[j].inverse();
+        ways.push_back(frames);
+        ways.push_back({lay_a_.p[i] - lay_b_.p[j], Quat::Identity()});
+        ways.push_back({lay_a_.p[i] - frames.q * lay_b_.p[j], frames.q});
+        const std::optional<Pose> of_a = span(a_, lay_a_, i, 1);
+        for (const double sign : {1.0, -1.0}) {
+          const std::optional<Pose> of_b = span(b_, lay_b_, j, sign);
+          if (of_a && of_b) ways.push_back(*of_a * of_b->inverse());
         }
       }
-      return static_cast<size_t>(best);
-    };
-    if (!a_.bodies.empty() && !b_.bodies.empty()) {
-      const size_t i = largest(a_, lay_a_), j = largest(b_, lay_b_);
-      ways.push_back(lay_a_.X_WB[i] * lay_b_.X_WB[j].inverse());
-      ways.push_back({lay_a_.p[i] - lay_b_.p[j], Quat::Identity()});
-      const Quat up = lay_a_.X_WB[i].q * lay_b_.X_WB[j].q.conjugate();
-      ways.push_back({lay_a_.p[i] - up * lay_b_.p[j], up});
     }
     int most = -1;
     for (const Pose& way : ways) {
@@ -203,6 +202,42 @@ class Matcher {
       }
       if (near > most) most = near, world_ = way;
     }
+  }
+
+  // The largest trees' roots.
+  static std::vector<size_t> roots(const Model& model) {
+    constexpr size_t kMost = 8;
+    const Layout lay(model);
+    std::vector<size_t> list;
+    for (size_t i = 0; i < model.bodies.size(); ++i) {
+      if (model.bodies[i].parent == kWorld) list.push_back(i);
+    }
+    std::ranges::stable_sort(list, std::greater<>(), [&](size_t i) { return lay.carried[i]; });
+    if (list.size() > kMost) list.resize(kMost);
+    return list;
+  }
+
+  // A frame that does not depend on what a file calls a body's: at the joint, along its axis and towards the next joint
+  // or the centre of mass.
+  static std::optional<Pose> span(const Model& model, const Layout& lay, size_t i, double sign) {
+    constexpr double kLeast = 1e-3;  // m
+    if (lay.axis[i].norm() == 0) return std::nullopt;
+    const Vec3 axis = sign * lay.axis[i].normalized();
+    std::vector<Vec3> points;
+    for (size_t k = 0; k < model.bodies.size(); ++k) {
+      if (model.bodies[k].parent == static_cast<int>(i)) points.push_back(lay.p[k]);
+    }
+    points.push_back(lay.X_WB[i] * model.bodies[i].p_BBcm);
+    for (const Vec3& point : points) {
+      Vec3 across = point - lay.p[i];
+      across -= axis * axis.dot(across);
+      if (across.norm() < kLeast) continue;
+      across.normalize();
+      Mat3 R;
+      R << axis, across, axis.cross(across);
+      return Pose{lay.p[i], Quat(R)};
+    }
+    return std::nullopt;
   }
 
   // 0 for the same line, 1 for one that is 30 degrees or a quarter of the robot's size away.
