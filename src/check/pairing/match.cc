@@ -75,6 +75,7 @@ class Matcher {
     by_name([](const Model& model, int body) { return core_of(model.bodies[static_cast<size_t>(body)].name); });
     respect_trees();
     align();
+    leave_misleading_names();
     by_kinematics();
     respect_trees();
     std::vector<BodyMatch> matches;
@@ -160,6 +161,28 @@ class Matcher {
         }
       }
     }
+  }
+
+  // Names can be those of other joints (numbers that begin elsewhere): where more joints coincide without names, where
+  // they lie counts.
+  void leave_misleading_names() {
+    const auto coinciding = [&] {
+      size_t count = 0;
+      for (size_t i = 0; i < b_of_.size(); ++i) {
+        if (b_of_[i] >= 0 && line_cost(i, static_cast<size_t>(b_of_[i]), world_) < 0.05) ++count;
+      }
+      return count;
+    };
+    const auto named = static_cast<size_t>(std::ranges::count_if(b_of_, [](int j) { return j >= 0; }));
+    const size_t right = coinciding();
+    if (right == named) return;
+    const auto before = std::tuple(b_of_, a_of_, how_);
+    for (size_t i = 0; i < b_of_.size(); ++i) {
+      if (b_of_[i] < 0 || how_[i] == How::kMap) continue;
+      a_of_[static_cast<size_t>(b_of_[i])] = -1, b_of_[i] = -1;
+    }
+    by_kinematics();
+    if (coinciding() <= right) std::tie(b_of_, a_of_, how_) = before;
   }
 
   // B's world in A's: the way that brings the most joints of B to a joint of A.

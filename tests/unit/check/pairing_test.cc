@@ -197,6 +197,18 @@ TEST(Pairing, MapDecidesAndIsChecked) {
               HasSubstr("different types"));
 }
 
+// Names that lie elsewhere do not count where other joints coincide.
+TEST(Pairing, MisleadingNamesAreLeft) {
+  Model other = arm();
+  other.joints[1].name = "shoulder", other.joints[0].name = "elbow";
+  std::swap(other.bodies[0].name, other.bodies[1].name);
+  const Comparison comparison = compared(arm(), other);
+  EXPECT_TRUE(comparison.same());
+  for (const Match& match : comparison.matches) {
+    if (match.a == "shoulder") EXPECT_EQ(match.b, "elbow");
+  }
+}
+
 TEST(Pairing, FilesThatAreNoPairSaySo) {
   const Model other = load_model_text(R"(<mujoco><worldbody>
     <body><joint type="slide" axis="0 0 1"/><geom size="0.1" mass="1"/>
