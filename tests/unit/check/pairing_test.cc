@@ -205,7 +205,8 @@ TEST(Pairing, MisleadingNamesAreLeft) {
   const Comparison comparison = compared(arm(), other);
   EXPECT_TRUE(comparison.same());
   for (const Match& match : comparison.matches) {
-    if (match.a == "shoulder") EXPECT_EQ(match.b, "elbow");
+    if (match.a != "shoulder") continue;
+    EXPECT_EQ(match.b, "elbow");
   }
 }
 
@@ -237,13 +238,22 @@ TEST(Pairing, AgreedIsThePair) {
 
 // ---- surfaces -------------------------------------------------------------------------------------------------------
 
+Shape round(ShapeType type, double radius, double half_length = 0) {
+  Shape shape;
+  shape.type = type, shape.radius = radius, shape.half_length = half_length;
+  return shape;
+}
+Shape sized(ShapeType type, const Vec3& half_size) {
+  Shape shape;
+  shape.type = type, shape.half_size = half_size;
+  return shape;
+}
+
 TEST(Surfaces, DistancesAreClosedForms) {
   const Model model;
-  const Shape sphere{.type = ShapeType::kSphere, .radius = 0.3},
-      capsule{.type = ShapeType::kCapsule, .radius = 0.1, .half_length = 0.2},
-      cylinder{.type = ShapeType::kCylinder, .radius = 0.1, .half_length = 0.2},
-      box{.type = ShapeType::kBox, .half_size = {0.1, 0.2, 0.3}},
-      ellipsoid{.type = ShapeType::kEllipsoid, .half_size = {0.1, 0.2, 0.3}};
+  const Shape sphere = round(ShapeType::kSphere, 0.3), capsule = round(ShapeType::kCapsule, 0.1, 0.2),
+              cylinder = round(ShapeType::kCylinder, 0.1, 0.2), box = sized(ShapeType::kBox, {0.1, 0.2, 0.3}),
+              ellipsoid = sized(ShapeType::kEllipsoid, {0.1, 0.2, 0.3});
   EXPECT_NEAR(signed_distance(model, sphere, {0, 0.5, 0}), 0.2, 1e-12);
   EXPECT_NEAR(signed_distance(model, capsule, {0, 0.3, 0.2}), 0.2, 1e-12);
   EXPECT_NEAR(signed_distance(model, capsule, {0, 0, 0.5}), 0.2, 1e-12);
@@ -264,7 +274,8 @@ TEST(Surfaces, PointsLieOnTheSurface) {
   const Model model;
   for (const ShapeType type :
        {ShapeType::kSphere, ShapeType::kCapsule, ShapeType::kCylinder, ShapeType::kBox, ShapeType::kEllipsoid}) {
-    const Shape shape{.type = type, .radius = 0.1, .half_length = 0.2, .half_size = {0.1, 0.2, 0.3}};
+    Shape shape = sized(type, {0.1, 0.2, 0.3});
+    shape.radius = 0.1, shape.half_length = 0.2;
     for (const Vec3& p : surface_points(model, shape)) EXPECT_NEAR(signed_distance(model, shape, p), 0, 1e-9);
   }
 }
@@ -277,20 +288,21 @@ TEST(Surfaces, HullOfABoxIsTheBox) {
   hull.faces = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
                 {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
   model.hulls = {hull};
-  const Shape box{.type = ShapeType::kBox, .half_size = {0.1, 0.2, 0.3}}, mesh{.type = ShapeType::kHull, .data = 0};
+  const Shape box = sized(ShapeType::kBox, {0.1, 0.2, 0.3});
+  Shape mesh;
+  mesh.type = ShapeType::kHull, mesh.data = 0;
   for (const Vec3& p : {Vec3(0.3, 0.1, 0), Vec3(0.2, 0.4, 0.5), Vec3(0.05, 0.1, 0), Vec3(-0.4, 0, 0.31)}) {
     EXPECT_NEAR(signed_distance(model, mesh, p), signed_distance(model, box, p), 1e-12);
   }
   EXPECT_NEAR(surface_distance({&model, {&box}}, {&model, {&mesh}}), 0, 1e-9);
-  const Shape larger{.type = ShapeType::kBox, .half_size = {0.1, 0.2, 0.31}};
+  const Shape larger = sized(ShapeType::kBox, {0.1, 0.2, 0.31});
   EXPECT_NEAR(surface_distance({&model, {&larger}}, {&model, {&mesh}}), 0.01, 1e-9);
 }
 
 // A shape within another one of its own set is no surface.
 TEST(Surfaces, InnerShapesDoNotCount) {
   const Model model;
-  const Shape outer{.type = ShapeType::kSphere, .radius = 0.3},
-      inner{.type = ShapeType::kBox, .half_size = {0.05, 0.05, 0.05}};
+  const Shape outer = round(ShapeType::kSphere, 0.3), inner = sized(ShapeType::kBox, {0.05, 0.05, 0.05});
   EXPECT_NEAR(surface_distance({&model, {&outer, &inner}}, {&model, {&outer}}), 0, 1e-12);
 }
 
