@@ -238,7 +238,7 @@ TEST(Pairing, AgreedIsThePair) {
 
 // ---- surfaces -------------------------------------------------------------------------------------------------------
 
-Shape round(ShapeType type, double radius, double half_length = 0) {
+Shape rounded(ShapeType type, double radius, double half_length = 0) {
   Shape shape;
   shape.type = type, shape.radius = radius, shape.half_length = half_length;
   return shape;
@@ -251,8 +251,8 @@ Shape sized(ShapeType type, const Vec3& half_size) {
 
 TEST(Surfaces, DistancesAreClosedForms) {
   const Model model;
-  const Shape sphere = round(ShapeType::kSphere, 0.3), capsule = round(ShapeType::kCapsule, 0.1, 0.2),
-              cylinder = round(ShapeType::kCylinder, 0.1, 0.2), box = sized(ShapeType::kBox, {0.1, 0.2, 0.3}),
+  const Shape sphere = rounded(ShapeType::kSphere, 0.3), capsule = rounded(ShapeType::kCapsule, 0.1, 0.2),
+              cylinder = rounded(ShapeType::kCylinder, 0.1, 0.2), box = sized(ShapeType::kBox, {0.1, 0.2, 0.3}),
               ellipsoid = sized(ShapeType::kEllipsoid, {0.1, 0.2, 0.3});
   EXPECT_NEAR(signed_distance(model, sphere, {0, 0.5, 0}), 0.2, 1e-12);
   EXPECT_NEAR(signed_distance(model, capsule, {0, 0.3, 0.2}), 0.2, 1e-12);
@@ -302,7 +302,7 @@ TEST(Surfaces, HullOfABoxIsTheBox) {
 // A shape within another one of its own set is no surface.
 TEST(Surfaces, InnerShapesDoNotCount) {
   const Model model;
-  const Shape outer = round(ShapeType::kSphere, 0.3), inner = sized(ShapeType::kBox, {0.05, 0.05, 0.05});
+  const Shape outer = rounded(ShapeType::kSphere, 0.3), inner = sized(ShapeType::kBox, {0.05, 0.05, 0.05});
   EXPECT_NEAR(surface_distance({&model, {&outer, &inner}}, {&model, {&outer}}), 0, 1e-12);
 }
 
