@@ -9,6 +9,7 @@ void add_list(CLI::App& app, Action& action);
 void add_check(CLI::App& app, Action& action);
 void add_parity(CLI::App& app, Action& action);
 void add_conformance(CLI::App& app, Action& action);
+void add_convert(CLI::App& app, Action& action);
 void add_import(CLI::App& app, Action& action);
 void add_simulate(CLI::App& app, Action& action);
 void add_run(CLI::App& app, Action& action);

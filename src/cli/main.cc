@@ -216,6 +216,7 @@ const std::vector<Command>& commands() {
       {"check", kModels, add_check, kContained},
       {"parity", kModels, add_parity, kContained},
       {"conformance", kModels, add_conformance, {.contained = true, .writable = verdict_folders}},
+      {"convert", kModels, add_convert, kContained},
       {"import", kModels, add_import, kContained},
       {"simulate", kRuns, add_simulate},
       {"run", kRuns, add_run},

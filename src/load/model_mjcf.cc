@@ -1,6 +1,8 @@
 #include "load/model_mjcf.h"
 
+#include <algorithm>
 #include <initializer_list>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -51,10 +53,14 @@ class Writer {
     if (!model_.hulls.empty()) assets();
     line(1, "<worldbody>");
     shapes(kWorld, 2);
+    sites(kWorld, 2);
     bodies(kWorld, 2);
     line(1, "</worldbody>");
     if (!model_.contacts.empty()) pairs();
+    sums();
+    equalities();
     if (!model_.actuators.empty()) actuators();
+    sines();
     line(0, "</mujoco>");
     return std::move(text_);
   }
@@ -115,6 +121,23 @@ class Writer {
                           numbers(shape.X_BS.p), numbers(shape.X_BS.q), shape.friction,
                           numbers({shape.rgba[0], shape.rgba[1], shape.rgba[2], shape.rgba[3]}));
       line(depth, geom);
+    }
+  }
+
+  // Frames of connects and welds in a body, as sites.
+  void sites(int body, size_t depth) {
+    const auto site = [&](const std::string& name, const Pose& X) {
+      line(depth, fmt::format("<site name=\"{}\" pos=\"{}\" quat=\"{}\"/>", name, numbers(X.p), numbers(X.q)));
+    };
+    for (size_t i = 0; i < model_.connects.size(); ++i) {
+      const Connect& c = model_.connects[i];
+      if (c.body_a == body) site(fmt::format("connect{}a", i), {c.p_A, Quat::Identity()});
+      if (c.body_b == body) site(fmt::format("connect{}b", i), {c.p_B, Quat::Identity()});
+    }
+    for (size_t i = 0; i < model_.welds.size(); ++i) {
+      const Weld& weld = model_.welds[i];
+      if (weld.body_a == body) site(fmt::format("weld{}a", i), weld.X_AB);
+      if (weld.body_b == body) site(fmt::format("weld{}b", i), {});
     }
   }
 
@@ -179,6 +202,7 @@ class Writer {
                        fmt::format("{} {} {} {} {} {}", I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2))));
       const auto index = static_cast<int>(chain.back());
       shapes(index, depth + 1);
+      sites(index, depth + 1);
       bodies(index, depth + 1);
       line(depth, "</body>");
     }
@@ -195,22 +219,116 @@ class Writer {
     line(1, "</contact>");
   }
 
+  std::string joint_name(int joint) const { return escaped(model_.joints[static_cast<size_t>(joint)].name); }
+  double reference(int joint) const { return model_.joints[static_cast<size_t>(joint)].reference; }
+
+  // Equality constraints of fixed tendons and actuators of several joints need tendons of their own.
+  static bool is_sum(const Coupling& coupling) { return coupling.terms.size() > 1; }
+  static bool is_sum(const Actuator& actuator) { return actuator.terms.size() != 1; }
+
+  void fixed(const std::string& name, const std::vector<JointTerm>& terms, const std::string& more = {}) {
+    line(2, fmt::format("<fixed name=\"{}\"{}>", name, more));
+    for (const JointTerm& term : terms) {
+      line(3, fmt::format("<joint joint=\"{}\" coef=\"{}\"/>", joint_name(term.joint), term.coefficient));
+    }
+    line(2, "</fixed>");
+  }
+
+  void sums() {
+    const bool any = !model_.tendons.empty() ||
+                     std::ranges::any_of(model_.couplings, [](const Coupling& c) { return is_sum(c); }) ||
+                     std::ranges::any_of(model_.actuators, [](const Actuator& a) { return is_sum(a); });
+    if (!any) return;
+    line(1, "<tendon>");
+    for (const Tendon& t : model_.tendons) {
+      std::string more = fmt::format(" damping=\"{}\" frictionloss=\"{}\" limited=\"{}\" range=\"{} {}\"", t.damping,
+                                     t.dry_friction, t.limited, t.limited ? t.lower : 0, t.limited ? t.upper : 0);
+      if (t.stiffness != 0) {
+        const std::string rest =
+            t.rest_lower == t.rest_upper ? numbers({t.rest_lower}) : numbers({t.rest_lower, t.rest_upper});
+        more += fmt::format(" stiffness=\"{}\" springlength=\"{}\"", t.stiffness, rest);
+      }
+      fixed(escaped(t.name), t.terms, more);
+    }
+    for (size_t i = 0; i < model_.couplings.size(); ++i) {
+      const Coupling& c = model_.couplings[i];
+      if (!is_sum(c)) continue;
+      std::vector<JointTerm> zero_sum = {{.joint = c.joint, .coefficient = 1}};
+      for (const JointTerm& term : c.terms) zero_sum.push_back({.joint = term.joint, .coefficient = -term.coefficient});
+      fixed(fmt::format("coupling{}", i), zero_sum);
+    }
+    for (size_t i = 0; i < model_.actuators.size(); ++i) {
+      if (is_sum(model_.actuators[i])) fixed(fmt::format("actuator{}", i), model_.actuators[i].terms);
+    }
+    line(1, "</tendon>");
+  }
+
+  // MuJoCo's polynomials are of departures from the reference.
+  void equalities() {
+    if (model_.couplings.empty() && model_.connects.empty() && model_.welds.empty()) return;
+    line(1, "<equality>");
+    for (size_t i = 0; i < model_.couplings.size(); ++i) {
+      const Coupling& c = model_.couplings[i];
+      double start = c.offset - reference(c.joint);
+      for (const JointTerm& term : c.terms) start += term.coefficient * reference(term.joint);
+      if (is_sum(c)) {
+        line(2, fmt::format("<tendon name=\"{}\" tendon1=\"coupling{}\" polycoef=\"{} 0 0 0 0\"/>", escaped(c.name), i,
+                            start));
+      } else if (c.terms.empty()) {
+        line(2, fmt::format("<joint name=\"{}\" joint1=\"{}\" polycoef=\"{} 0 0 0 0\"/>", escaped(c.name),
+                            joint_name(c.joint), start));
+      } else {
+        line(2,
+             fmt::format("<joint name=\"{}\" joint1=\"{}\" joint2=\"{}\" polycoef=\"{} {} 0 0 0\"/>", escaped(c.name),
+                         joint_name(c.joint), joint_name(c.terms[0].joint), start, c.terms[0].coefficient));
+      }
+    }
+    for (size_t i = 0; i < model_.connects.size(); ++i) {
+      line(2, fmt::format("<connect name=\"{0}\" site1=\"connect{1}a\" site2=\"connect{1}b\"/>",
+                          escaped(model_.connects[i].name), i));
+    }
+    for (size_t i = 0; i < model_.welds.size(); ++i) {
+      line(2,
+           fmt::format("<weld name=\"{0}\" site1=\"weld{1}a\" site2=\"weld{1}b\"/>", escaped(model_.welds[i].name), i));
+    }
+    line(1, "</equality>");
+  }
+
   void actuators() {
     line(1, "<actuator>");
-    for (const Actuator& a : model_.actuators) {
-      if (a.terms.size() != 1 || a.has_activation()) {
-        throw InputError(
-            fmt::format("the actuator '{}' acts on a tendon or has an activation and is not written to MJCF", a.name));
+    for (size_t i = 0; i < model_.actuators.size(); ++i) {
+      const Actuator& a = model_.actuators[i];
+      const std::string acts_on =
+          is_sum(a) ? fmt::format("tendon=\"actuator{}\" gear=\"1\"", i)
+                    : fmt::format("joint=\"{}\" gear=\"{}\"", joint_name(a.terms[0].joint), a.terms[0].coefficient);
+      std::string activation;
+      if (a.has_activation()) {
+        activation = a.activation == ActivationType::kFilter
+                         ? fmt::format(" dyntype=\"filter\" dynprm=\"{}\"", a.time_constant)
+                         : std::string(" dyntype=\"integrator\"");
+        activation +=
+            fmt::format(" actlimited=\"{}\" actrange=\"{} {}\"", a.activation_limited,
+                        a.activation_limited ? a.activation_lower : 0, a.activation_limited ? a.activation_upper : 0);
       }
       line(2,
-           fmt::format(
-               "<general name=\"{}\" joint=\"{}\" gear=\"{}\" gainprm=\"{}\" biastype=\"affine\" biasprm=\"{}\" "
-               "ctrllimited=\"{}\" ctrlrange=\"{}\" forcelimited=\"{}\" forcerange=\"{}\"/>",
-               escaped(a.name), escaped(model_.joints[static_cast<size_t>(a.terms[0].joint)].name),
-               a.terms[0].coefficient, a.gain, numbers({a.bias[0], a.bias[1], a.bias[2]}), a.control_limited,
-               numbers({a.control_lower, a.control_upper}), a.force_limited, numbers({a.force_lower, a.force_upper})));
+           fmt::format("<general name=\"{}\" {} gainprm=\"{}\" biastype=\"affine\" biasprm=\"{}\" ctrllimited=\"{}\" "
+                       "ctrlrange=\"{}\" forcelimited=\"{}\" forcerange=\"{}\"{}/>",
+                       escaped(a.name), acts_on, a.gain, numbers({a.bias[0], a.bias[1], a.bias[2]}), a.control_limited,
+                       numbers({a.control_lower, a.control_upper}), a.force_limited,
+                       numbers({a.force_lower, a.force_upper}), activation));
     }
     line(1, "</actuator>");
+  }
+
+  void sines() {
+    if (std::ranges::none_of(model_.actuators, [](const Actuator& a) { return a.sine.amplitude != 0; })) return;
+    line(1, "<custom>");
+    for (const Actuator& a : model_.actuators) {
+      if (a.sine.amplitude == 0) continue;
+      line(2, fmt::format("<numeric name=\"assay:sine:{}\" data=\"{}\"/>", escaped(a.name),
+                          numbers({a.sine.amplitude, a.sine.frequency, a.sine.phase})));
+    }
+    line(1, "</custom>");
   }
 
   const Model& model_;
@@ -219,11 +337,6 @@ class Writer {
 
 }  // namespace
 
-std::string model_mjcf(const Model& model) {
-  if (!model.couplings.empty() || !model.connects.empty() || !model.welds.empty() || !model.tendons.empty()) {
-    throw InputError(fmt::format("the constraints and tendons of '{}' are not written to MJCF", model.name));
-  }
-  return Writer(model).text();
-}
+std::string model_mjcf(const Model& model) { return Writer(model).text(); }
 
 }  // namespace assay

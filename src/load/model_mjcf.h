@@ -8,7 +8,9 @@
 namespace assay {
 
 // The text from which load_model_text() reads the same robot, to rounding: bodies, joints, shapes, contact pairs,
-// actuators and the initial state. Throws InputError for constraints, tendons and height fields, which are not written.
+// constraints, tendons and actuators. Throws InputError for height fields, for springs of ball joints that rest
+// elsewhere than at the reference, and for massless bodies that carry several, which MJCF cannot say or which are not
+// written.
 std::string model_mjcf(const Model& model);
 
 }  // namespace assay

@@ -39,8 +39,9 @@ struct UrdfDocument {
   std::map<std::string, double> starts;       // joints that start elsewhere than at 0
   std::map<std::string, double> locked;       // joints that their equal limits hold, and where
   std::map<std::string, double> drawn_reach;  // FileFacts::drawn_reach
-  std::vector<std::string> driven;            // joints that get a motor, whose force the effort limit clamps
-  bool has_mass = false;                      // any link
+  std::map<std::string, double> velocity_limits;  // by joint: rad/s, m/s; nothing here applies them
+  std::vector<std::string> driven;                // joints that get a motor, whose force the effort limit clamps
+  bool has_mass = false;                          // any link
   std::vector<std::string> notes;
   std::map<std::string, int> lines;  // of links and joints: "body 'foot'", "joint 'knee'"
   std::vector<Problem> problems;

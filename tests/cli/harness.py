@@ -25,7 +25,7 @@ DEADLY_PLUGINS = os.environ.get("ASSAY_DEADLY_PLUGINS", "")
 VERDICTS = os.environ.get("ASSAY_TEST_VERDICTS", "")  # folder of verdicts.py
 RELIABILITY = os.environ.get("ASSAY_RELIABILITY", "")  # folder for lines of docs/lab/reliability.md
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
-COMMANDS = ["list", "check", "parity", "conformance", "import", "simulate", "run", "match", "paper", "submit", "status", "merge", "recommend",
+COMMANDS = ["list", "check", "parity", "conformance", "convert", "import", "simulate", "run", "match", "paper", "submit", "status", "merge", "recommend",
             "explain", "bisect", "report", "compare", "history", "export", "draw"]
 OLD_COMMANDS = ["engines", "systems", "snapshot", "movie", "transfer", "claims"]  # until 1.0; the help does not show them
 CSV_HEADER = "time,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz"

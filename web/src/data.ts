@@ -214,6 +214,19 @@ export interface Parity {
   certificates: ParityCertificate[];
 }
 
+// Two files that `assay parity A B` has compared.
+export interface ParityPair {
+  a: { file: string; format: string; joints: number; mass: number };
+  b: { file: string; format: string; joints: number; mass: number };
+  verdict: "same" | "differs";
+  joints_matched: number;
+  findings: { element: string; what: string }[];
+  differences: { element: string; parameter: string; words: string; effect: number; share: number; felt: string }[];
+  not_in_a_format: { element: string; what: string }[];
+  notes: string[];
+  motion: { contender: string; failure: string; distance: number; body: string; note: string };
+}
+
 // Many worlds of one contender (src/report/batches.h).
 export interface BatchRow {
   contender: string;
@@ -337,7 +350,7 @@ export interface ReportJson {
   pictures?: Picture[];
   agreement?: Agreement[];
   claims?: Claim[];
-  parity?: Parity[];
+  parity?: (Parity | ParityPair)[];
   transfer?: TransferMatrix[];
   batches?: Batches[];
   changes?: Changes;

@@ -215,7 +215,10 @@ void adapt_joints(Robot& robot) {
     }
     adapt_mimic(robot, joint);
     if (joint.type != "revolute" && joint.type != "continuous" && joint.type != "prismatic") continue;
-    if (limit != nullptr && limit->Attribute("velocity") != nullptr) ++velocities;
+    if (limit != nullptr && limit->Attribute("velocity") != nullptr) {
+      ++velocities;
+      robot.result.velocity_limits[joint.name] = number_of(limit, "velocity", 0);
+    }
     if (joint.element->FirstChildElement("mimic") != nullptr) continue;
     robot.result.driven.push_back(joint.name);
     if (number_of(limit, "effort", 0) <= 0) ++unlimited;

@@ -1,8 +1,9 @@
-// Parity: whether a file means the same robot in every engine, by contender and joint. The marks are signs and words, so
+// Parity: whether a file means the same robot in every engine, by contender and joint, and what differs between two
+// files. The marks are signs and words, so
 // that they read without colour.
-import type { Parity, ParityCertificate, ParityJoint, ParityLimit, Report } from "../data";
+import type { Parity, ParityCertificate, ParityJoint, ParityLimit, ParityPair, Report } from "../data";
 import { el, type Child } from "../dom";
-import { plain, sentenceList } from "../format";
+import { counted, plain, quantity, sentenceList } from "../format";
 import { modelNotes } from "../notes";
 import { scrollFrame } from "./sortable";
 
@@ -182,6 +183,30 @@ function one(parity: Parity): Child[] {
   ];
 }
 
+// Two files: what differs, what moves the robot most first.
+function two(pair: ParityPair): Child[] {
+  const head = el("tr", {}, ...["Effect", "Element", "Parameter", "B's instead of A's"].map((title) => el("th", { scope: "col" }, title)));
+  const rows = pair.differences.map((each) =>
+    el("tr", {}, el("td", {}, share(each.effect)), el("th", { scope: "row" }, each.element), el("td", {}, each.parameter), el("td", { class: "parity-cause" }, each.words)),
+  );
+  const { motion } = pair;
+  const told = [...pair.findings, ...pair.not_in_a_format.map((each) => ({ ...each, what: `not compared: ${each.what}` }))];
+  const moved = motion.contender && !motion.failure ? ` After one second in ${motion.contender} bodies are up to ${quantity(motion.distance, "m")} apart.` : "";
+  return [
+    el("h3", {}, `${pair.a.file} and ${pair.b.file}`),
+    el("p", {}, `${pair.joints_matched} of ${pair.a.joints} and ${counted(pair.b.joints, "joint")} match; ${pair.verdict === "same" ? "nothing differs" : `${counted(pair.differences.length, "value")} differ`}.${moved}`),
+    told.length > 0 ? el("ul", {}, ...told.map((each) => el("li", {}, `${each.element}: ${each.what}`))) : null,
+    modelNotes(pair.notes),
+    rows.length > 0
+      ? scrollFrame(
+          `Parity of ${pair.a.file} and ${pair.b.file}`,
+          "Effect: the change of A's joint forces in random motions with this one value of B's, where it is felt most; of limits relative to the range, of drives and contact friction to A's value, of shapes to their size.",
+          el("table", { class: "parity-table" }, el("thead", {}, head), el("tbody", {}, ...rows)),
+        )
+      : null,
+  ];
+}
+
 export function parity(report: Report): HTMLElement {
-  return el("div", { class: "parity" }, ...(report.json.parity ?? []).flatMap(one));
+  return el("div", { class: "parity" }, ...(report.json.parity ?? []).flatMap((each) => ("differences" in each ? two(each) : one(each))));
 }
