@@ -16,28 +16,28 @@
 namespace assay {
 namespace {
 
-constexpr int kWidth = 300, kHeight = 220;  // twice the gallery's, for dense screens
-constexpr int kFine = 2;                    // samples of a pixel along each side
+constexpr int kPixelsWide = 300, kPixelsHigh = 220;  // twice the gallery's, for dense screens
+constexpr int kFine = 2;                             // samples of a pixel along each side
 constexpr double kElevation = -15 * std::numbers::pi / 180;
 
-struct Look {
+struct Surface {
   std::array<float, 4> rgba;
   int body;  // kWorld for what does not move
 };
 
 struct Triangle {
   std::array<Vec3, 3> corners;  // in the world frame, m; later in the view's
-  Look look;
+  Surface surface;
 };
 
 // Triangles of a grid of points that wraps around in its second index.
 template <typename Point>
-void add_grid(int rows, int columns, const Point& point, const Look& look, std::vector<Triangle>& out) {
+void add_grid(int rows, int columns, const Point& point, const Surface& surface, std::vector<Triangle>& out) {
   for (int i = 0; i < rows; ++i) {
     for (int j = 0; j < columns; ++j) {
       const Vec3 a = point(i, j), b = point(i + 1, j), c = point(i + 1, j + 1), d = point(i, j + 1);
-      out.push_back({{a, b, c}, look});
-      out.push_back({{a, c, d}, look});
+      out.push_back({{a, b, c}, surface});
+      out.push_back({{a, c, d}, surface});
     }
   }
 }
@@ -54,11 +54,11 @@ Mat3 turn_to(const Vec3& direction) {
 
 // A shape, or the rod that stands for it (model/shape.h).
 void add_shape(const Scene& scene, const Shape& shape, const Pose& X_WS, std::vector<Triangle>& out) {
-  constexpr int kRows = 14, kColumns = 28;
-  const Look look{shape.rgba, shape.body};
-  const auto around = [](int j) { return 2 * std::numbers::pi * j / kColumns; };
+  constexpr int kRings = 14, kSpokes = 28;
+  const Surface surface{shape.rgba, shape.body};
+  const auto around = [](int j) { return 2 * std::numbers::pi * j / kSpokes; };
   const auto direction = [&](int i, int j) {
-    const double polar = std::numbers::pi * i / kRows;
+    const double polar = std::numbers::pi * i / kRings;
     return Vec3(std::sin(polar) * std::cos(around(j)), std::sin(polar) * std::sin(around(j)), std::cos(polar));
   };
   switch (shape.type) {
@@ -68,7 +68,7 @@ void add_shape(const Scene& scene, const Shape& shape, const Pose& X_WS, std::ve
         const bool middle = i == 0 || i == 3;
         return X_WS * Vec3(shape.half_size.cwiseProduct(Vec3(middle ? 0 : x, middle ? 0 : y, i < 2 ? 1 : -1)));
       };
-      add_grid(3, 4, corner, look, out);
+      add_grid(3, 4, corner, surface, out);
       return;
     }
     case ShapeType::kCylinder: {
@@ -77,13 +77,13 @@ void add_shape(const Scene& scene, const Shape& shape, const Pose& X_WS, std::ve
         return X_WS * Vec3(radius * std::cos(around(j)), radius * std::sin(around(j)),
                            i < 2 ? shape.half_length : -shape.half_length);
       };
-      add_grid(3, kColumns, rim, look, out);
+      add_grid(3, kSpokes, rim, surface, out);
       return;
     }
     case ShapeType::kEllipsoid:
       add_grid(
-          kRows, kColumns, [&](int i, int j) { return X_WS * Vec3(shape.half_size.cwiseProduct(direction(i, j))); },
-          look, out);
+          kRings, kSpokes, [&](int i, int j) { return X_WS * Vec3(shape.half_size.cwiseProduct(direction(i, j))); },
+          surface, out);
       return;
     default:
       break;
@@ -93,10 +93,10 @@ void add_shape(const Scene& scene, const Shape& shape, const Pose& X_WS, std::ve
   const Mat3 turn = along.norm() > 0 ? turn_to(along) : Mat3(Mat3::Identity());
   // half a sphere about each end, one row between them
   const auto capsule = [&](int i, int j) {
-    const bool far = i <= kRows / 2;
+    const bool far = i <= kRings / 2;
     return X_WS * Vec3((far ? rod.b : rod.a) + turn * Vec3(rod.radius * direction(far ? i : i - 1, j)));
   };
-  add_grid(kRows + 1, kColumns, capsule, look, out);
+  add_grid(kRings + 1, kSpokes, capsule, surface, out);
 }
 
 std::vector<Triangle> triangles_of(const Scene& scene, const std::vector<Pose>& poses, const Pictures& pictures) {
@@ -167,8 +167,8 @@ Eigen::AlignedBox3d frame_of(const Scene& scene, const std::vector<Triangle>& tr
     if (kSmall * bodies_of(root) >= most) large.insert(root);
   }
   Eigen::AlignedBox3d robot, all;
-  for (const auto& [corners, look] : triangles) {
-    const bool is_part = look.body != kWorld && large.contains(roots[static_cast<size_t>(look.body)]);
+  for (const auto& [corners, surface] : triangles) {
+    const bool is_part = surface.body != kWorld && large.contains(roots[static_cast<size_t>(surface.body)]);
     for (const Vec3& corner : corners) {
       all.extend(corner);
       if (is_part) robot.extend(corner);
@@ -177,8 +177,8 @@ Eigen::AlignedBox3d frame_of(const Scene& scene, const std::vector<Triangle>& tr
   if (robot.isEmpty()) return all;
   const Vec3 around = robot.sizes() / 2;
   const Eigen::AlignedBox3d near(Vec3(robot.min() - around), Vec3(robot.max() + around));
-  for (const auto& [corners, look] : triangles) {
-    if (look.body != kWorld || !std::ranges::all_of(corners, [&](const Vec3& one) { return near.contains(one); }))
+  for (const auto& [corners, surface] : triangles) {
+    if (surface.body != kWorld || !std::ranges::all_of(corners, [&](const Vec3& one) { return near.contains(one); }))
       continue;
     for (const Vec3& corner : corners) robot.extend(corner);
   }
@@ -198,15 +198,15 @@ class Raster {
     const auto last = [](double most, int size) {
       return static_cast<int>(std::floor(std::clamp(most - 0.5, -1.0, size - 1.0)));
     };
-    const int x1 = last(std::max({a.x(), b.x(), c.x()}), kWidth * kFine);
-    const int y1 = last(std::max({a.y(), b.y(), c.y()}), kHeight * kFine);
+    const int x1 = last(std::max({a.x(), b.x(), c.x()}), kPixelsWide * kFine);
+    const int y1 = last(std::max({a.y(), b.y(), c.y()}), kPixelsHigh * kFine);
     for (int y = first(std::min({a.y(), b.y(), c.y()})); y <= y1; ++y) {
       for (int x = first(std::min({a.x(), b.x(), c.x()})); x <= x1; ++x) {
         const double px = x + 0.5, py = y + 0.5;
         const double of_b = ((px - a.x()) * (c.y() - a.y()) - (c.x() - a.x()) * (py - a.y())) / area;
         const double of_c = ((b.x() - a.x()) * (py - a.y()) - (px - a.x()) * (b.y() - a.y())) / area;
         if (of_b < 0 || of_c < 0 || of_b + of_c > 1) continue;
-        const auto at = static_cast<size_t>(y * kWidth * kFine + x);
+        const auto at = static_cast<size_t>(y * kPixelsWide * kFine + x);
         const double depth = a.z() + of_b * (b.z() - a.z()) + of_c * (c.z() - a.z());
         if (depth <= depth_[at]) continue;
         depth_[at] = depth;
@@ -220,14 +220,14 @@ class Raster {
     constexpr double kSamples = kFine * kFine;
     constexpr int kCoarse = 0xf8;  // fewer colours, which pack better
     std::vector<std::uint8_t> out;
-    out.reserve(static_cast<size_t>(kWidth * kHeight) * 4);
-    for (int y = 0; y < kHeight; ++y) {
-      for (int x = 0; x < kWidth; ++x) {
+    out.reserve(static_cast<size_t>(kPixelsWide * kPixelsHigh) * 4);
+    for (int y = 0; y < kPixelsHigh; ++y) {
+      for (int x = 0; x < kPixelsWide; ++x) {
         Vec3 sum = Vec3::Zero();
         int covered = 0;
         for (int i = 0; i < kFine * kFine; ++i) {
           const int row = y * kFine + i / kFine, column = x * kFine + i % kFine;
-          const auto at = static_cast<size_t>(row * kWidth * kFine + column);
+          const auto at = static_cast<size_t>(row * kPixelsWide * kFine + column);
           if (std::isinf(depth_[at])) continue;
           sum += color_[at];
           ++covered;
@@ -243,7 +243,7 @@ class Raster {
   }
 
  private:
-  static constexpr size_t kPixels = static_cast<size_t>(kWidth * kFine) * kHeight * kFine;
+  static constexpr size_t kPixels = static_cast<size_t>(kPixelsWide * kFine) * kPixelsHigh * kFine;
   std::vector<double> depth_;
   std::vector<Vec3> color_;
 };
@@ -251,8 +251,8 @@ class Raster {
 std::string png_of(const std::vector<std::uint8_t>& rgba) {
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
-  image.width = kWidth;
-  image.height = kHeight;
+  image.width = kPixelsWide;
+  image.height = kPixelsHigh;
   image.format = PNG_FORMAT_RGBA;
   png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
   std::string bytes(size, '\0');
@@ -269,7 +269,7 @@ std::string thumbnail_png(const Scene& scene, const std::vector<Pose>& poses, co
                           double azimuth_deg) {
   std::vector<Triangle> triangles = triangles_of(scene, poses, pictures);
   std::set<int> shown;
-  for (const Triangle& triangle : triangles) shown.insert(triangle.look.body);
+  for (const Triangle& triangle : triangles) shown.insert(triangle.surface.body);
   constexpr size_t kFew = 4;  // times fewer bodies with a shape
   if (kFew * shown.size() < poses.size()) triangles = skeleton_of(scene, poses);
   const double azimuth = azimuth_deg * std::numbers::pi / 180;
@@ -286,17 +286,18 @@ std::string thumbnail_png(const Scene& scene, const std::vector<Pose>& poses, co
   if (box.isEmpty() || !(box.sizes().head<2>().maxCoeff() > 0)) return "";
   constexpr double kFilled = 0.97;
   const double scale =
-      kFilled * kFine * std::min(kWidth / std::max(box.sizes().x(), 1e-12), kHeight / std::max(box.sizes().y(), 1e-12));
-  const Vec3 offset(kWidth * kFine / 2.0, kHeight * kFine / 2.0, 0);
+      kFilled * kFine *
+      std::min(kPixelsWide / std::max(box.sizes().x(), 1e-12), kPixelsHigh / std::max(box.sizes().y(), 1e-12));
+  const Vec3 offset(kPixelsWide * kFine / 2.0, kPixelsHigh * kFine / 2.0, 0);
   const Vec3 light = Vec3(-0.45, -0.65, 0.62).normalized();
   Raster raster;
-  for (const auto& [corners, look] : triangles) {
+  for (const auto& [corners, surface] : triangles) {
     const Vec3 normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
     if (!(normal.norm() > 0)) continue;
     const Vec3 towards = normal.normalized() * (normal.z() < 0 ? -1 : 1);
     const double shade = 0.5 + 0.5 * std::max(0.0, towards.dot(light));
     // black parts keep their form
-    const Vec3 color = Vec3(look.rgba[0], look.rgba[1], look.rgba[2]) * 0.84 + Vec3::Constant(0.14);
+    const Vec3 color = Vec3(surface.rgba[0], surface.rgba[1], surface.rgba[2]) * 0.84 + Vec3::Constant(0.14);
     std::array<Vec3, 3> placed;
     for (size_t i = 0; i < 3; ++i) placed[i] = offset + scale * (corners[i] - box.center());
     raster.fill(placed, shade * color);
