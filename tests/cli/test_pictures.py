@@ -17,8 +17,9 @@ import zipfile
 
 from harness import SOURCE, AssayTest, main, read_csv
 
-sys.path.insert(0, str(SOURCE / "results"))
+sys.path[:0] = [str(SOURCE / "results"), str(SOURCE / "docs")]
 import packed  # noqa: E402
+from tables import movie  # noqa: E402
 
 try:
     import numpy
@@ -346,6 +347,23 @@ class Pictures(WithResults):
         ]:
             self.refused(command, *arguments, "--out", "file", naming=naming)
             self.assertEqual(list(self.dir.glob("file*")), [])
+
+
+class OfTheReadme(AssayTest):
+    """The committed moving picture shows what the committed results are of."""
+
+    def test_it_is_current(self):
+        gif = movie.PAGE.read_bytes()
+        self.assertEqual(gif[:6], b"GIF89a")
+        self.assertLessEqual(len(gif), movie.MOST_BYTES)
+        self.assertEqual(json.loads(movie.comment_of(gif)), movie.recipe(movie.RESULTS), "make it again with docs/update.py movie ./assay")
+        shown = re.search(rf"!\[([^\]]*)\]\(docs/{movie.PAGE.name}\)", (SOURCE / "README.md").read_text(encoding="utf-8")).group(1)
+        self.assertIn(f"{movie.TIMESTEP_MS} ms", shown)
+        self.assertIn(movie.SYSTEM, shown)
+
+    def test_a_comment_is_read_as_it_was_written(self):
+        for text in ("{}", "x" * 255, "y" * 700):
+            self.assertEqual(movie.comment_of(movie.with_comment(b"GIF89a;", text)), text)
 
 
 if __name__ == "__main__":
