@@ -20,19 +20,19 @@ constexpr int kWidth = 300, kHeight = 220;  // twice the gallery's, for dense sc
 constexpr int kFine = 2;                    // samples of a pixel along each side
 constexpr double kElevation = -15 * std::numbers::pi / 180;
 
-struct Look {
+struct Surface {
   std::array<float, 4> rgba;
   int body;  // kWorld for what does not move
 };
 
 struct Triangle {
   std::array<Vec3, 3> corners;  // in the world frame, m; later in the view's
-  Look look;
+  Surface look;
 };
 
 // Triangles of a grid of points that wraps around in its second index.
 template <typename Point>
-void add_grid(int rows, int columns, const Point& point, const Look& look, std::vector<Triangle>& out) {
+void add_grid(int rows, int columns, const Point& point, const Surface& look, std::vector<Triangle>& out) {
   for (int i = 0; i < rows; ++i) {
     for (int j = 0; j < columns; ++j) {
       const Vec3 a = point(i, j), b = point(i + 1, j), c = point(i + 1, j + 1), d = point(i, j + 1);
@@ -55,7 +55,7 @@ Mat3 turn_to(const Vec3& direction) {
 // A shape, or the rod that stands for it (model/shape.h).
 void add_shape(const Scene& scene, const Shape& shape, const Pose& X_WS, std::vector<Triangle>& out) {
   constexpr int kRows = 14, kColumns = 28;
-  const Look look{shape.rgba, shape.body};
+  const Surface look{shape.rgba, shape.body};
   const auto around = [](int j) { return 2 * std::numbers::pi * j / kColumns; };
   const auto direction = [&](int i, int j) {
     const double polar = std::numbers::pi * i / kRows;
