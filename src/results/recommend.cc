@@ -223,20 +223,20 @@ constexpr const char* kAdded = "penetration_added_max";
 constexpr const char* kDepth = "penetration_max";
 constexpr const char* kCold = "consistency_cold";
 
-// The start's depth in results that lack the penetration beyond it: the least depth, where contenders of both kinds of
-// coordinates agree on it, else 0. All runs begin with the same state, so none is less deep, and those never move
-// alike.
+// The start's depth in results that lack the penetration beyond it: the least depth, where engines without common code
+// agree on it, else 0. All runs begin with the same state, so none is less deep, and such engines never move alike.
 double common_depth(const Results& results, const std::map<std::string, double>& depths) {
   constexpr double kAlike = 1e-6;  // of the depth
   double least = HUGE_VAL;
   for (const auto& [contender, depth] : depths) least = std::min(least, depth);
-  std::set<std::string> coordinates;
+  std::set<std::string> kinds;  // engines in joint coordinates are one, for several have MuJoCo's solver
   for (const ContenderRow& row : results.rows()) {
     const auto own = depths.find(row.name);
     if (own == depths.end() || own->second > least * (1 + kAlike)) continue;
-    coordinates.insert(text_fact(facts_of(row.capabilities_json), "coordinates"));
+    const bool joint = text_fact(facts_of(row.capabilities_json), "coordinates") == "joint";
+    kinds.insert(joint ? "joint" : row.engine.substr(0, row.engine.find_first_of("-0123456789")));
   }
-  return coordinates.size() > 1 ? least : 0;
+  return kinds.size() > 1 ? least : 0;
 }
 
 // What questions limit of contacts, and what stands for values of today's measures that these results lack.

@@ -66,8 +66,8 @@ function parts(row: TransferRow | undefined): Child[] {
   if (!row || row.parting.starts === 0) return [el("span", { class: "quiet" }, "not compared")];
   const { parted, starts, body, joint, same_body, median_s, contact } = row.parting;
   if (parted === 0) return [el("span", { class: "quiet" }, "never parts")];
-  const notes = [`after ${quantity(median_s, "s")}`, `${same_body} of ${starts} runs`, contact > 0 ? `at a contact in ${contact}` : ""];
-  return [el("b", {}, body ?? "a body"), ` by ${joint ?? "the base itself"}`, el("small", {}, notes.filter(Boolean).join(", "))];
+  const at = contact > 0 ? `in ${contact} of these a contact with the ground begins or ends in one run only` : null;
+  return [el("b", {}, body ?? "a body"), ` by ${joint ?? "the base itself"}`, el("small", { title: at }, `after ${quantity(median_s, "s")}, ${same_body} of ${starts} runs`)];
 }
 
 // Both runs side by side, a moment before they part.
