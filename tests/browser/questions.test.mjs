@@ -4,13 +4,14 @@
 //   ASSAY_RESULTS  the folder results/
 import assert from "node:assert/strict";
 import { execFile, execFileSync } from "node:child_process";
-import { closeSync, mkdirSync, mkdtempSync, openSync, readdirSync, rmSync, statSync } from "node:fs";
+import { closeSync, mkdirSync, mkdtempSync, openSync, readdirSync, readFileSync, rmSync, statSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { promisify } from "node:util";
 
 import { launch } from "../../web/browser.mjs";
+import { descriptionOf, shownWords } from "../../web/picture_text.mjs";
 import { axeFindings, dataIn, keepOneOfEachKind, openReport } from "./page.mjs";
 
 const work = mkdtempSync(join(tmpdir(), "assay-questions-"));
@@ -56,6 +57,18 @@ const inSight = (page, selector) =>
 const limits = (page) =>
   page.$$eval(".pick-limit", (rows) => rows.map((row) => `${row.querySelector(".pick-error").value} ${row.querySelector(".pick-unit").selectedOptions[0].textContent}`));
 
+// The report of the robots that the README links to.
+const readme = () => readFileSync(join(process.env.ASSAY_RESULTS, "../README.md"), "utf8");
+const robotsOfReadme = () => join(process.env.ASSAY_RESULTS, /\]\(results\/(robots-[\d-]+\/report\.html)\)/.exec(readme())[1]);
+
+test("the README's picture of the report says what the report says", async () => {
+  const [, picture] = /\]\((docs\/report\.png)\)/.exec(readme());
+  const [, report] = /\]\(results\/([\w-]+\/report\.html)\)/.exec(readme());
+  const { page } = await openReport(browser, join(process.env.ASSAY_RESULTS, report), { width: 1280, height: 800, folded: true });
+  assert.equal(descriptionOf(readFileSync(join(process.env.ASSAY_RESULTS, "..", picture))), await shownWords(page), "make it again as web/README.md says");
+  await page.close();
+});
+
 for (const [name, window] of Object.entries(kWindows)) {
   const open = (page) => openReport(browser, reportOf(page), { ...window, folded: true });
   const close = async ({ page, trouble }) => {
@@ -64,15 +77,33 @@ for (const [name, window] of Object.entries(kWindows)) {
     await page.close();
   };
 
-  test(`${name}: which engine for a Go2 within 1 mm and 5 mm of penetration`, async () => {
+  // Of the results, and in the report that the README leads to.
+  for (const [which, file] of [["results", () => reportOf("robots")], ["README", robotsOfReadme]]) {
+    test(`${name}: which engine for a Go2 within 1 mm and 5 mm of penetration (${which})`, async () => {
+      const opened = await openReport(browser, file(), { ...window, folded: true });
+      const { page } = opened;
+      await page.select("#pick-system", "go2");
+      assert.deepEqual(await limits(page), ["1 mm", "5 mm"]);
+      const { recommended: best, relaxations } = await recommended("robots", "go2", "--error", "1mm");
+      assert.ok(await inSight(page, best ? ".pick-best" : ".pick-none"));
+      const text = await page.$eval(".pick-answer", (node) => node.innerText);
+      for (const { contender } of best ? [best] : relaxations.map((way) => way.recommended)) assert.ok(text.includes(`${contender} at `), text);
+      await close(opened);
+    });
+  }
+
+  test(`${name}: a model that overlaps itself at its start is no engine's fault`, async () => {
     const opened = await open("robots");
     const { page } = opened;
-    await page.select("#pick-system", "go2");
-    assert.deepEqual(await limits(page), ["1 mm", "5 mm"]);
-    const { recommended: best, relaxations } = await recommended("robots", "go2", "--error", "1mm");
-    assert.ok(await inSight(page, best ? ".pick-best" : ".pick-none"));
-    const text = await page.$eval(".pick-answer", (node) => node.innerText);
-    for (const { contender } of best ? [best] : relaxations.map((way) => way.recommended)) assert.ok(text.includes(`${contender} at `), text);
+    const overlap = Object.fromEntries(dataIn(reportOf("robots")).views.map((view) => [view.system, view.overlap]));
+    // docs/lab/robots.md has these depths by `assay check`
+    for (const [system, depth] of [["talos", "93 mm"], ["romeo", "81 mm"], ["tiago", "59 mm"], ["b1", "13 mm"]]) {
+      assert.ok(overlap[system].replaceAll("\u00a0", " ").includes(` by ${depth} at its start`), overlap[system]);
+      assert.equal(await page.$eval(`.card[data-system="${system}"] .caveat`, (node) => node.textContent.trim()), overlap[system]);
+    }
+    assert.equal(overlap["ur5"], "");
+    await page.select("#pick-system", "tiago");
+    assert.equal(await page.$eval(".pick-overlap", (node) => node.textContent), overlap["tiago"]);
     await close(opened);
   });
 
