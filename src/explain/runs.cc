@@ -34,6 +34,7 @@ class WorkerRunner {
   explicit WorkerRunner(RunPlan plan) : plan_(std::move(plan)), pool_(program_path(), plan_.jobs, interrupts_) {}
 
   std::vector<RunSet> run(const std::vector<Side>& sides, int starts) {
+    if (sides.empty()) return {};  // an engine without settings has none to try
     // sides are spread over the workers; few of them are cut, so that all workers have some
     const auto workers = static_cast<size_t>(std::max(1, plan_.jobs));
     const size_t wanted = (workers + sides.size() - 1) / sides.size();
