@@ -1,5 +1,6 @@
 // `assay convert`: a model in the other format.
 #include <filesystem>
+#include <map>
 #include <memory>
 
 #include <fmt/format.h>
@@ -7,12 +8,15 @@
 #include "base/console.h"
 #include "base/errors.h"
 #include "base/output_file.h"
+#include "base/paths.h"
 #include "base/write_file.h"
 #include "cli/commands.h"
 #include "cli/model_options.h"
 #include "engines/facts.h"
+#include "load/mjcf.h"
 #include "load/model_mjcf.h"
 #include "load/model_urdf.h"
+#include "load/urdf.h"
 
 namespace assay::cli {
 namespace {
@@ -34,7 +38,12 @@ int run_convert(const ConvertOptions& options) {
   if (options.to != "mjcf" && options.to != "urdf") {
     throw InputError(fmt::format("--to is '{}': it is mjcf or urdf", options.to));
   }
-  const Model model = load(options.model);
+  const std::string source = find_model(options.model.model);
+  const LoadOptions how = load_options(options.model);
+  FileFacts facts;
+  LoadReport report = inspect_model(source, how, &facts);
+  // a refused file is loaded again for what loading throws
+  const Model model = report.model ? std::move(*report.model) : load_model(source, how);
   tell_notes(model);
   if (options.to == "mjcf") {
     write_text(model_mjcf(model), options.out);
@@ -42,7 +51,9 @@ int run_convert(const ConvertOptions& options) {
   }
   const fs::path out = options.out;
   const std::string meshes = out.stem().string() + "-meshes";
-  const WrittenUrdf written = model_urdf(model, meshes);
+  const auto speeds =
+      facts.is_urdf ? read_urdf(model_text(source), source, how).velocity_limits : std::map<std::string, double>();
+  const WrittenUrdf written = model_urdf(model, meshes, speeds);
   if (!written.meshes.empty()) {
     if (options.out == "-")
       throw InputError("'-' is standard output, and the model has meshes, which need files: give --out FILE");

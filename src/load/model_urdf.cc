@@ -59,7 +59,8 @@ std::string stl_of(const Hull& hull) {
 
 class UrdfWriter {
  public:
-  UrdfWriter(const Model& model, std::string folder) : model_(from_zero(model)), folder_(std::move(folder)) {}
+  UrdfWriter(const Model& model, std::string folder, const std::map<std::string, double>& velocity_limits)
+      : model_(from_zero(model)), folder_(std::move(folder)), velocity_limits_(velocity_limits) {}
 
   WrittenUrdf result() {
     if (!model_.balls.empty()) {
@@ -191,11 +192,14 @@ class UrdfWriter {
     open(j.name, j.is_slide() ? "prismatic" : j.limited ? "revolute" : "continuous");
     line(2, fmt::format("<axis xyz=\"{}\"/>", triple_text(j.axis_B)));
     const double most = effort(body.joint);
+    const auto known = velocity_limits_.find(j.name);
+    const double fastest = known != velocity_limits_.end() ? known->second : kAnySpeed;
+    if (known == velocity_limits_.end()) ++unknown_speeds_;
     if (j.limited || j.is_slide()) {
       line(2, fmt::format("<limit lower=\"{}\" upper=\"{}\" effort=\"{}\" velocity=\"{}\"/>",
-                          j.limited ? j.lower : -kAnyWay, j.limited ? j.upper : kAnyWay, most, kAnySpeed));
+                          j.limited ? j.lower : -kAnyWay, j.limited ? j.upper : kAnyWay, most, fastest));
     } else {
-      line(2, fmt::format("<limit effort=\"{}\" velocity=\"{}\"/>", most, kAnySpeed));
+      line(2, fmt::format("<limit effort=\"{}\" velocity=\"{}\"/>", most, fastest));
     }
     if (j.damping != 0 || j.dry_friction != 0)
       line(2, fmt::format("<dynamics damping=\"{}\" friction=\"{}\"/>", j.damping, j.dry_friction));
@@ -232,11 +236,16 @@ class UrdfWriter {
     if (!model_.contacts.empty())
       out_.left_out.emplace_back("URDF has no friction of contacts and no list of the pairs that touch");
     if ((model_.gravity - Vec3(0, 0, -9.81)).norm() > 1e-9) out_.left_out.emplace_back("URDF has no gravity");
-    out_.left_out.emplace_back("velocity limits are not known: 1000 rad/s and m/s are written");
+    if (unknown_speeds_ > 0) {
+      out_.left_out.push_back(fmt::format("velocity limits are not known: 1000 rad/s or m/s is written for {}",
+                                          counted(unknown_speeds_, "joint")));
+    }
   }
 
   const Model model_;
   const std::string folder_;
+  const std::map<std::string, double>& velocity_limits_;
+  size_t unknown_speeds_ = 0;
   std::string world_ = "world";
   std::set<int> written_;         // hulls
   std::set<std::string> shapes_;  // types that are left out
@@ -245,8 +254,9 @@ class UrdfWriter {
 
 }  // namespace
 
-WrittenUrdf model_urdf(const Model& model, const std::string& mesh_folder) {
-  return UrdfWriter(model, mesh_folder).result();
+WrittenUrdf model_urdf(const Model& model, const std::string& mesh_folder,
+                       const std::map<std::string, double>& velocity_limits) {
+  return UrdfWriter(model, mesh_folder, velocity_limits).result();
 }
 
 Model from_zero(Model model) {

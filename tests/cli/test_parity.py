@@ -188,7 +188,7 @@ class TwoFiles(AssayTest):
                                   (["b.xml", "--contender", "mujoco-eular"], ["mujoco-eular", "did you mean"]),
                                   (["b.xml", "dart"], ["'dart'", "--contender"]),
                                   (["gone.xml"], ["'gone.xml'"]),
-                                  (["still.xml"], ["nothing moves in", "still.xml"]),
+                                  (["still.xml"], ["still.xml", "nothing in it can move"]),
                                   (["other.xml"], ["0 of 2 joints match", "--map A_NAME=B_NAME"]),
                                   (["mujoco-euler", "--matches"], ["--matches is for two files"]),
                                   (["--write", "x.xml"], ["--write is for two files"])):

@@ -282,10 +282,10 @@ void compare_joint(const SomeJoint& a, const SomeJoint& b, size_t index, std::ve
 
 // ---- contacts -------------------------------------------------------------------------------------------------------
 
-std::vector<const Shape*> colliding(const Model& model, int body) {
+std::vector<const Shape*> colliding(const Model& model, int body, bool also_others = false) {
   std::vector<const Shape*> shapes;
   for (const Shape& shape : model.shapes) {
-    if (shape.body == body && shape.collides && !is_ground(shape)) shapes.push_back(&shape);
+    if (shape.body == body && (shape.collides || also_others) && !is_ground(shape)) shapes.push_back(&shape);
   }
   return shapes;
 }
@@ -297,7 +297,13 @@ void compare_shapes(const Aligned& models, std::vector<Draft>& drafts) {
     if (a.shapes.empty() && b.shapes.empty()) continue;
     Draft draft{.difference = {.element = body_element(models.a, index), .parameter = "collision shape", .unit = "m"}};
     Difference& d = draft.difference;
+    const auto rounding = [](double size) { return std::max(2 * kRoundingLength, 1e-5 * size); };
     if (a.shapes.empty() || b.shapes.empty()) {
+      // a shape that finds nothing to touch counts as drawn only: then the filter differs, not the shape
+      const ShapeSet all_a{&models.a, colliding(models.a, index, true)},
+          all_b{&models.b, colliding(models.b, index, true)};
+      const ShapeSet &of_a = a.shapes.empty() ? all_a : a, &of_b = b.shapes.empty() ? all_b : b;
+      if (!of_a.shapes.empty() && !of_b.shapes.empty() && surface_distance(of_a, of_b) <= rounding(0)) continue;
       d.words = fmt::format("{} instead of {}", b.shapes.empty() ? "none" : counted(b.shapes.size(), "shape"),
                             a.shapes.empty() ? "none" : counted(a.shapes.size(), "shape"));
       d.effect = 1;
@@ -308,7 +314,7 @@ void compare_shapes(const Aligned& models, std::vector<Draft>& drafts) {
     Box around;
     for (const Shape* shape : a.shapes) around.extend(box_around(models.a, *shape, shape->X_BS));
     const double size = around.diagonal().norm();
-    if (apart <= std::max(2 * kRoundingLength, 1e-5 * size)) continue;
+    if (apart <= rounding(size)) continue;
     d.a = 0, d.b = apart;
     d.words = fmt::format("surfaces up to {:.3g} mm apart", 1e3 * apart);
     if (a.shapes.size() != b.shapes.size()) {
