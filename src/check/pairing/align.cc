@@ -46,19 +46,22 @@ double differences(const Line& a, const Line& b) {
   if (a.type != b.type || a.type == JointType::kFree) return 0;
   double sum = 0;
   if (a.type != JointType::kBall) sum += difference(line_angle(a.axis, b.axis), kRoundingAngle);
+  if (a.axis.dot(b.axis) < 0) sum += 0.5;  // turned round
   if (a.type == JointType::kHinge) sum += difference(off_line(b.p - a.p, a.axis), kRoundingLength);
   if (a.type == JointType::kBall) sum += difference((b.p - a.p).norm(), kRoundingLength);
   return sum;
 }
 
 struct Points {
+  bool as_written =
+      false;  // axes as they point, else as they nearly lie: a base that is turned by 180 degrees turns them
   std::vector<Vec3> from, to;
   void add(const Line& a, const Line& b, const Pose& roughly) {
     constexpr double kAlong = 0.1;  // m
     if (a.type != b.type || a.type == JointType::kFree) return;
     if (a.type != JointType::kSlide) from.push_back(b.p), to.push_back(a.p);
     if (a.type == JointType::kBall) return;
-    const double sign = (roughly.q * b.axis).dot(a.axis) < 0 ? -1 : 1;
+    const double sign = !as_written && (roughly.q * b.axis).dot(a.axis) < 0 ? -1 : 1;
     if (a.type == JointType::kSlide) return;
     from.push_back(b.p + kAlong * sign * b.axis), to.push_back(a.p + kAlong * a.axis);
   }
@@ -116,6 +119,9 @@ class Placer {
     add_children(kWorld, {}, points);
     if (!points.from.empty()) ways.push_back({points.to[0] - points.from[0], Quat::Identity()});
     if (const auto fit = best_fit(points.from, points.to)) ways.push_back(*fit);
+    Points written{.as_written = true, .from = {}, .to = {}};
+    add_children(kWorld, {}, written);
+    if (const auto fit = best_fit(written.from, written.to)) ways.push_back(*fit);
     double least = std::numeric_limits<double>::infinity();
     for (const Pose& way : ways) {
       // a base that stands elsewhere is no difference of the robot; a joint on it that is a little off may be one
@@ -159,6 +165,11 @@ class Placer {
       if (body_a.is_free()) shifted_to(still, points.from[k], points.to[k]);
     }
     if (const auto fit = best_fit(points.from, points.to)) ways.push_back(*fit);
+    Points written{.as_written = true, .from = {}, .to = {}};
+    written.add(line_a, line_b, still);
+    if (body_a.mass > 0 && body_b.mass > 0) written.from.push_back(body_b.p_BBcm), written.to.push_back(body_a.p_BBcm);
+    add_children(i, still, written);
+    if (const auto fit = best_fit(written.from, written.to)) ways.push_back(*fit);
     for (const Quat& q : principal_turns(body_a, body_b)) {
       for (size_t k = 0; k < points.from.size() && k < 6; ++k) ways.push_back({points.to[k] - q * points.from[k], q});
     }

@@ -74,7 +74,7 @@ void compare_mass(const Model& a, const Model& b, int index, std::vector<Draft>&
   const Vec3 shift = of_b.p_BBcm - of_a.p_BBcm;
   const bool centre = shift.norm() > kRoundingLength;
   const double scale = of_b.mass / of_a.mass;
-  const double rounding = 2 * kRoundingRelative * of_a.I_BBcm_B.norm();
+  const double rounding = 0.4 * kRoundingRelative * of_a.I_BBcm_B.norm();
   const bool turns = (of_b.I_BBcm_B - of_a.I_BBcm_B).norm() > rounding;
   const bool scaled = (of_b.I_BBcm_B - scale * of_a.I_BBcm_B).norm() <= rounding;
 
@@ -101,8 +101,8 @@ void compare_mass(const Model& a, const Model& b, int index, std::vector<Draft>&
     }
   }
   const auto centre_words = [&] {
-    return fmt::format("centre of mass {:.3g} mm away ({:.3g}, {:.3g}, {:.3g} mm in A's axes of the body)",
-                       1e3 * shift.norm(), 1e3 * shift.x(), 1e3 * shift.y(), 1e3 * shift.z());
+    return fmt::format("{:.3g} mm away ({:.3g}, {:.3g}, {:.3g} mm in A's axes of the body)", 1e3 * shift.norm(),
+                       1e3 * shift.x(), 1e3 * shift.y(), 1e3 * shift.z());
   };
 
   // one cause of all three: a part that is heavier, or one that is not there
@@ -115,7 +115,7 @@ void compare_mass(const Model& a, const Model& b, int index, std::vector<Draft>&
   }
   if (mass && (scaled || part || !turns)) {
     Draft draft = plain(element, "mass", "kg", of_a.mass, of_b.mass);
-    if (centre && part) draft.difference.words += ", " + centre_words();
+    if (centre && part) draft.difference.words += ", centre of mass " + centre_words();
     if (turns && part && !scaled) draft.difference.words += ", " + inertia;
     if (turns && scaled) draft.difference.words += ", its inertia alike";
     const bool whole = part, with_inertia = scaled && turns;
@@ -177,7 +177,7 @@ void compare_place(const Model& a, const Model& b, int index, std::vector<Draft>
                                .unit = "m",
                                .a = 0,
                                .b = offset.norm()}};
-    draft.difference.words = "where it sits on its parent moved " + millimetres(offset);
+    draft.difference.words = "moved on its parent " + millimetres(offset);
     draft.put = [=](Model& model) { model.bodies[static_cast<size_t>(index)].X_PB.p += offset; };
     drafts.push_back(std::move(draft));
   }
@@ -192,7 +192,7 @@ void compare_place(const Model& a, const Model& b, int index, std::vector<Draft>
                                .b = angle}};
     draft.difference.words =
         zero ? fmt::format("turned by {:.3g} degrees at position 0", about.dot(axis) / kDegree)
-             : fmt::format("it and what it carries turned on the parent by {:.3g} degrees", angle / kDegree);
+             : fmt::format("turned on its parent, with what it carries, by {:.3g} degrees", angle / kDegree);
     const Quat q = of_b.X_PB.q;
     draft.put = [=](Model& model) {
       Pose& X_PB = model.bodies[static_cast<size_t>(index)].X_PB;
@@ -216,7 +216,7 @@ void compare_place(const Model& a, const Model& b, int index, std::vector<Draft>
     const Vec3 moved = anchor_of(b, of_b) - anchor;
     if (moved.norm() > kRoundingLength) {
       Draft draft{.difference = {.element = element, .parameter = "anchor", .unit = "m", .a = 0, .b = moved.norm()}};
-      draft.difference.words = "the joint's line in its body moved " + millimetres(moved);
+      draft.difference.words = "its line moved in its body " + millimetres(moved);
       draft.put = [=](Model& model) {
         const Body& body = model.bodies[static_cast<size_t>(index)];
         (body.joint >= 0 ? model.joints[static_cast<size_t>(body.joint)].p_BJ
