@@ -1301,40 +1301,14 @@ def what_other_measures_predict(runs):
             f" [self-consistency](lab/self-consistency.md) on the falling humanoid ({texts[1]}).")
 
 
-def known_truths(chains):
-    """Of the seeded chains of hinges, or of the tossed boxes."""
-    every = measured_motion("known-truth")["found"]
-    of_chains = {each["model"] for each in every if each["parameter"].startswith("damping")}
-    return [each for each in every if (each["model"] in of_chains) == chains]
-
-
-def error_and_coverage(found):
-    off = [abs(each["value"] - each["truth"]) / abs(each["size"]) for each in found]
-    covered = sum(each["low"] is not None and each["low"] <= each["truth"] <= each["high"] for each in found)
-    return off, f"{covered} of {len(off)} 95 % intervals have the truth"
-
-
 @sentence(REALITY)
 def known_truth(runs):
-    found = known_truths(chains=True)
-    off, covered = error_and_coverage(found)
+    found = measured_motion("known-truth")["found"]
+    off = [abs(each["value"] - each["truth"]) / each["size"] for each in found]
     hinges = max(sum(each["model"] == one["model"] and each["parameter"].startswith("damping") for each in found) for one in found)
+    covered = sum(each["low"] <= each["truth"] <= each["high"] for each in found)
     return (f"Of seeded chains of one to {COUNTS[hinges]} hinges with the noise of good encoders all {len(found)} masses, dampings and dry frictions are found within"
-            f" {100 * max(off):.1f} %, half of them within {100 * statistics.median(off):.2g} %; {covered}.")
-
-
-@sentence(REALITY)
-def known_truth_of_boxes(runs):
-    found = known_truths(chains=False)
-    off, covered = error_and_coverage(found)
-    boxes = len({each["model"] for each in found})
-    return f"Of {COUNTS[boxes]} tossed boxes friction and the ground's height are found within {100 * max(off):.1f} %; {covered}."
-
-
-@sentence(REALITY)
-def planted_combinations(runs):
-    found = measured_motion("known-truth")
-    return f"Combinations that the logs do not determine are named in {found['named']} of {found['planted']} planted cases."
+            f" {100 * max(off):.1f} %, half of them within {100 * statistics.median(off):.2g} %; {covered} of {len(off)} 95 % intervals have the truth.")
 
 
 @sentence(REALITY)
