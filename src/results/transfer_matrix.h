@@ -77,8 +77,8 @@ struct TransferMatrix {
 // Empty for a system without the measure.
 std::optional<TransferMatrix> transfer_matrix(const Results& results, const std::string& system);
 
-// The answer in sentences: which contenders keep the robot up at all timesteps tried, then where others do not, which rows
-// are told apart from training, and how much worse those are that stay up.
+// The answer in sentences: which contenders keep the robot up at all timesteps tried, then where others do not, which
+// rows are told apart from training, and how much worse those are that stay up.
 std::vector<std::string> transfer_answer(const TransferMatrix& matrix);
 
 // {"system", "policy", "trained_in", "trained_ms", "duration_s", "pushes", "many_times", "told_apart", "answer": as
