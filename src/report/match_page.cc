@@ -223,6 +223,7 @@ json match_report_data(const std::string& dir) {
                                         (fs::path(dir) / match::kAnswerFile).string());
   if (!answer.is_object()) throw InputError(wrong);
   try {
+    for (const char* needed : {"contenders", "answer", "to_do"}) answer.at(needed);  // older programs wrote fewer
     return page_data(dir, answer);
   } catch (const json::exception&) {
     throw InputError(wrong);

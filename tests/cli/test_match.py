@@ -225,10 +225,14 @@ class Match(AssayTest):
         self.refused("report", "matched", "--replays", "4", naming=["--replays", "assay match"])
         self.refused("draw", "matched", "wurst", "--out", "x.mp4", naming=["wurst", "worst"])
         self.refused("draw", "matched", "worst", "--contenders", "mujoco-eule", "--out", "x.mp4", naming=["mujoco-eule", "mujoco-euler"])
+        older = json.loads((self.dir / "matched/match.json").read_text())
+        del older["to_do"]
         self.write("matched/motion.json", '{"format": 1}')
         self.refused("report", "matched", naming=["motion.json"])
         self.write("matched/match.json", "[]")
         self.refused("report", "matched", naming=["match.json"])
+        self.write("matched/match.json", json.dumps(older))
+        self.refused("report", "matched", naming=["match.json", "run the match again"])
 
     def test_friction_of_a_tossed_box(self):
         logs = []
