@@ -78,6 +78,9 @@ function measured() {
   for (const out of ["before", "now"]) run("run", "types.toml", "--out", out);
   // its exit status says whether they mean the same robot, which two samples do not settle
   spawnSync(process.env.ASSAY, ["parity", "planar-chain", "mujoco-euler", "ode-quick", "--samples", "2", "--out", "now"], { cwd: work });
+  for (const damping of [1, 2]) writeFileSync(join(work, `arm${damping}.xml`), `<mujoco><worldbody><body name="arm"><joint name="hinge" axis="0 1 0" damping="${damping}"/><geom type="capsule" size="0.02" fromto="0 0 0 0 0 -0.3"/></body></worldbody></mujoco>`);
+  // its exit status says whether the files differ
+  spawnSync(process.env.ASSAY, ["parity", "arm1.xml", "arm2.xml", "--out", "now"], { cwd: work });
   run("report", "now", "--against", "before", "--history", "before", "now");
   return join(work, "now", "report.html");
 }

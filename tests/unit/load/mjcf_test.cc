@@ -425,9 +425,7 @@ class MjcfFile : public testing::Test {
     return path;
   }
 
-  std::filesystem::path folder_ =
-      std::filesystem::path(testing::TempDir()) /
-      fmt::format("assay_mjcf_{}", testing::UnitTest::GetInstance()->random_seed() + ::getpid());
+  std::filesystem::path folder_ = std::filesystem::path(testing::TempDir()) / fmt::format("assay_mjcf_{}", ::getpid());
 };
 
 TEST(Mjcf, RoomForASimulationOfItsOwnIsNotTaken) {

@@ -185,7 +185,7 @@ TEST_F(QuestionTest, OlderResultsTellTheStartsOverlapByEnginesThatAgree) {
   EXPECT_EQ(has("physx56", maximal, maximal, 7.0000001e-3), 0) << "versions of one engine";
   EXPECT_EQ(has("ode", maximal, maximal, 7.0000001e-3), 7e-3);
   EXPECT_EQ(has("ode", joint, maximal, 7.0000001e-3), 7e-3);
-  EXPECT_THAT(grounds(answers(), question_of(asks("2mm"), answers())),
+  EXPECT_THAT(grounds(answers(), question_of(asks("8mm"), answers())),
               testing::Contains(HasSubstr("shapes overlap by 7.00 mm when they start")));
   LimitOptions options = asks("1mm");
   options.limits = {"penetration_max=5mm"};
