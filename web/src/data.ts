@@ -216,15 +216,17 @@ export interface Parity {
 
 // Two files that `assay parity A B` has compared.
 export interface ParityPair {
-  a: { file: string; format: string; joints: number; mass: number };
-  b: { file: string; format: string; joints: number; mass: number };
+  a: { file: string; format: string; hash: string; joints: number; bodies: number; mass: number };
+  b: { file: string; format: string; hash: string; joints: number; bodies: number; mass: number };
   verdict: "same" | "differs";
   joints_matched: number;
+  matches: { kind: string; a: string; b: string; how: string; reversed: boolean }[];
+  total_effect: number;
   findings: { element: string; what: string }[];
-  differences: { element: string; parameter: string; words: string; effect: number; share: number; felt: string }[];
+  differences: { element: string; parameter: string; unit: string; a: number | null; b: number | null; words: string; effect: number; share: number; felt: string }[];
   not_in_a_format: { element: string; what: string }[];
   notes: string[];
-  motion: { contender: string; failure: string; distance: number; body: string; note: string };
+  motion: { contender: string; failure: string; distance: number; body: string; travelled: number; note: string };
 }
 
 // Many worlds of one contender (src/report/batches.h).
