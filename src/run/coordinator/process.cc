@@ -293,7 +293,8 @@ std::string WorkerProcess::end() {
 
 std::string WorkerProcess::finish() {
   if (guard_ < 0) return "";
-  // It may be about to end by itself: its socket is closed before its exit status is there, on a busy machine seconds before.
+  // It may be about to end by itself: its socket is closed before its exit status is there, on a busy machine seconds
+  // before.
   constexpr double kPatience = 10;  // s
   const bool was_gone = gone();
   const bool by_us = !was_gone || !readable_within(status_, kPatience);
