@@ -29,7 +29,7 @@ CLI::App* add_command(CLI::App& app, const std::string& name, const std::string&
 std::optional<std::vector<std::string>> written_folders(const CLI::App& command) {
   namespace fs = std::filesystem;
   std::vector<std::string> folders;
-  for (const char* name : {"--out", "--repair", "--write"}) {
+  for (const char* name : kOutputOptions) {
     const CLI::Option* option = command.get_option_no_throw(name);
     if (option == nullptr || option->count() == 0) continue;
     const auto file = option->as<std::string>();

@@ -2,6 +2,7 @@
 // through base/console.h.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <string>
@@ -55,7 +56,10 @@ struct Command {
 // All of them, in the order of the help.
 const std::vector<Command>& commands();
 
-// Folders of the files that a command is to write: those of --out and --repair.
+// Options that name a file or a folder which the command writes.
+inline constexpr std::array kOutputOptions = {"--out", "--repair", "--write"};
+
+// Folders of the files that a command is to write.
 std::optional<std::vector<std::string>> written_folders(const CLI::App& command);
 // The same with the folder of kept verdicts, for `assay conformance --long`.
 std::optional<std::vector<std::string>> verdict_folders(const CLI::App& command);

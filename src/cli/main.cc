@@ -74,11 +74,13 @@ void check_outputs(const CLI::App& command) {
   std::vector<std::string> given;
   for (const CLI::Option* option : command.get_options()) {
     const std::string kind = option->get_type_name();
-    const bool names_file = (kind.starts_with("FILE") || kind == "CONTROL") && !option->check_lname("out");
+    const bool is_output =
+        std::ranges::any_of(kOutputOptions, [option](const char* name) { return option->check_name(name); });
+    const bool names_file = (kind.starts_with("FILE") || kind == "CONTROL") && !is_output;
     if (!names_file && !option->get_positional()) continue;
     for (const std::string& value : option->results()) given.push_back(value);
   }
-  for (const char* name : {"--out", "--repair"}) {
+  for (const char* name : kOutputOptions) {
     const CLI::Option* option = command.get_option_no_throw(name);
     if (option != nullptr && option->count() > 0) refuse_to_overwrite(name, option->as<std::string>(), given);
   }

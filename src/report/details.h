@@ -17,10 +17,10 @@ namespace assay {
 nlohmann::json sample_data(const std::vector<SampleSeries>& samples);
 
 // [{"system", "image": PNG as a data URL or null, "start": [shape], "end": {"contender", "time_s", "shapes": [shape]}
-// or null, "ground": z or null}] of the systems whose scene was stored; those that are more than
-// capsules and spheres have an image of the start. A
-// shape is {"a": [x, y, z], "b": [x, y, z], "r": radius, "c": "#rrggbb"} in the world frame, m: a capsule between two
-// points, or a sphere where they are equal. "end" is the last state of the first run that is kept.
+// or null, "ground": z or null}] of the systems whose scene was stored; those that are more than capsules and spheres
+// have an image of the start. A shape is {"a": [x, y, z], "b": [x, y, z], "r": radius, "c": "#rrggbb"} in the world
+// frame, m: a capsule between two points, or a sphere where they are equal. "end" is the last state of the first run
+// that is kept.
 nlohmann::json picture_data(const Results& results);
 
 // [{"system", "timestep_ms", "contenders": [name], "time_s": [...], "distance_m": [[...] or null], "parting_s": [...]}]

@@ -13,8 +13,7 @@ std::string parity_file(const std::string& dir, const std::string& model);
 
 // The certificates of `dir` by their files' names, each as `assay parity --json` prints it: {"model", "hash",
 // "samples", "seed", "certificates": see check/parity/certificate.h}, or of two files as check/pairing/pairing_text.h
-// has it. Files that are none are left out. Throws
-// InputError for more than 16 MiB of files.
+// has it. Files that are none are left out. Throws InputError for more than 16 MiB of files.
 nlohmann::json parity_data(const std::string& dir);
 
 }  // namespace assay

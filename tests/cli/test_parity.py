@@ -187,6 +187,8 @@ class TwoFiles(AssayTest):
                                   (["b.xml", "--fail-above", "a lot"], ["--fail-above is 'a lot'"]),
                                   (["b.xml", "--contender", "mujoco-eular"], ["mujoco-eular", "did you mean"]),
                                   (["b.xml", "dart"], ["'dart'", "--contender"]),
+                                  (["b.xml", "--write", "b.xml"], ["--write 'b.xml'", "give another one"]),
+                                  (["b.xml", "--write", "a.xml"], ["--write 'a.xml'", "give another one"]),
                                   (["gone.xml"], ["'gone.xml'"]),
                                   (["still.xml"], ["still.xml", "nothing in it can move"]),
                                   (["other.xml"], ["0 of 2 joints match", "--map A_NAME=B_NAME"]),

@@ -538,7 +538,6 @@ void compare_constraints(const Aligned& models, Comparison& out, std::vector<Dra
     return tendon.has_spring() || tendon.limited || tendon.dry_friction != 0;
   };
   std::vector<Tendon> tendons_a, tendons_b;
-  std::vector<size_t> place_a;
   for (size_t k = 0; k < models.a.tendons.size(); ++k) {
     if (acts(models.a.tendons[k])) tendons_a.push_back(models.a.tendons[k]);
   }
@@ -721,7 +720,7 @@ bool Comparison::differs_above(double share) const {
 Comparison compare(const Side& side_a, const Side& side_b, const Options& options) {
   Comparison out;
   const Trees trees = match_trees(side_a, side_b, options, out);
-  Aligned models{.a = trees.a.model, .b = in_frames_of(trees.a.model, trees.b.model, trees.placement), .names_b = {}};
+  Aligned models{.a = trees.a.model, .b = in_frames_of(trees.a.model, trees.b.model, trees.placement)};
   const Model &a = models.a, &b = models.b;
   std::vector<Draft> drafts;
   const Vec3 pull = b.gravity - a.gravity;

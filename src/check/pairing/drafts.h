@@ -18,7 +18,6 @@ struct Draft {
 // Two models of one tree: B's is in A's frames (align.h).
 struct Aligned {
   Model a, b;
-  std::vector<std::string> names_b;  // by A's joints: B's own
 };
 
 // "1.01 kg instead of 1 kg (+1 %)": B's value, then A's.
