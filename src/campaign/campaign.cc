@@ -557,14 +557,20 @@ Coordinates coordinates_of(const CampaignContender& contender) {
   return contender.resolved.engine->capabilities(contender.resolved.settings).coordinates;
 }
 
-// The contender that the system's policy was trained in, if it takes part.
-void find_trained_in(const Campaign& campaign, CampaignSystem& system) {
+// The contender that the system's policy was trained in, if it takes part: else a note.
+void find_trained_in(Campaign& campaign, CampaignSystem& system) {
   if (!system.has(Reads::kRunPairs)) return;
   const auto control = make_control(system.model, system.control);
+  const std::string& trained_in = control->policy()->trained_in;
   for (const int index : system.contenders) {
     const CampaignContender& contender = campaign.contenders[static_cast<size_t>(index)];
-    if (contender.absent.empty() && contender.resolved.name == control->policy()->trained_in) system.trained_in = index;
+    if (contender.absent.empty() && contender.resolved.name == trained_in) system.trained_in = index;
   }
+  if (system.trained_in >= 0 || trained_in.empty()) return;
+  campaign.notes.push_back(
+      fmt::format("{}: its policy was trained in '{}', which does not take part, so that no run is "
+                  "compared with the training; add it to the contenders",
+                  system.name, trained_in));
 }
 
 // Whose states all timings of the system start from. Joints come apart in maximal coordinates, and joint coordinates

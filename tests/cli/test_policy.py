@@ -194,7 +194,16 @@ class Parting(Policy):
         self.assay("export", "results", "--trajectories", "csv", "--out", "states")
         self.assay("report", "results")
         self.assertIn('"transfer":[{', (self.dir / "results/report.html").read_text())
-        self.assertIn("(0 now,", self.assay(*run))  # everything is there
+        done = self.run_assay(*run)
+        self.assertIn("(0 now,", done.stdout)  # everything is there
+        self.assertNotIn("trained in", done.stderr)
+
+    def test_the_contender_of_training_is_missed(self):
+        self.write("nothing.csv", "slider\n0\n")
+        done = self.run_assay("run", "cart_pole.xml", "--policy-config", "policy.toml", "--policy", "nothing.csv", "--out", "results",
+                              "--seeds", "1", "--seconds", "0.5", "--timesteps", "5", "--contenders", "mujoco-rk4")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(" ".join(done.stderr.split()), r"trained in 'mujoco-euler', which does not take part.*add it to the contenders")
 
 
 class Pushed(Policy):
