@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Whether `assay match` finds parameters that are known, and names what logs do not determine.
 
-    benchmarks/known_truth.py [--program ./assay] [--models 10] [--planted 10] [--contender mujoco-rk4] [--seed 1] [--out DIR]
+    benchmarks/known_truth.py [--program ./assay] [--models 10] [--first 0] [--planted 10] [--contender mujoco-rk4] [--seed 1] [--out DIR]
 
 Seeded models of 1 to 7 hinges and of tossed boxes move in `mujoco-rk4` at 1/8 ms (boxes: `mujoco-euler`); their logs get noise,
 and `match` gets the model with other parameters. Counted are parameters within 5 % (of a ground's height: of the box), 95 % intervals
@@ -149,6 +149,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--program", default=str(ROOT / "assay"))
     parser.add_argument("--models", type=int, default=10, help="seven in ten are chains, of 1 to 7 hinges")
+    parser.add_argument("--first", type=int, default=0, help="the first of them: several runs can share the work")
     parser.add_argument("--planted", type=int, default=10)
     parser.add_argument("--contender", default="mujoco-rk4")
     parser.add_argument("--logs", type=int, default=9)
@@ -158,7 +159,7 @@ def main():
     tally = {"contender": given.contender, "parameters": 0, "within 5 %": 0, "covered": 0, "not identified": 0, "planted": 0, "named": 0,
              "found": [], "combinations": []}
     out = pathlib.Path(given.out).resolve()
-    for k in range(given.models):
+    for k in range(given.first, given.models):
         rng, began = random.Random(1000 * given.seed + k), time.monotonic()
         work = Work(given, out / f"model{k}")
         chain = k % 10 < 7
