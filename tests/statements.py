@@ -558,13 +558,9 @@ def sweeps_of_the_robots(runs):
 
 @sentence("docs/lab/robots.md")
 def windows_of_one_step(runs):
-    """Windows of the robots with the least coverage."""
-    steps = {}
-    for system, in runs.robots.db.execute(
-            "SELECT DISTINCT c.system FROM cells c JOIN samples s ON s.cell_id = c.id WHERE s.name = 'window_steps'"
-            " GROUP BY c.id HAVING max(s.value) = 1"):
-        steps[system] = 1
-    assert set(steps) == {"g1", "talos", "romeo", "tiago", "humanoid-cmu"}, steps
+    systems = {system for system, in runs.robots.db.execute(
+        "SELECT c.system FROM cells c JOIN samples s ON s.cell_id = c.id WHERE s.name = 'window_steps' GROUP BY c.id HAVING max(s.value) = 1")}
+    assert systems == {"g1", "talos", "romeo", "tiago", "humanoid-cmu"}, systems
     return "G1, Talos, Romeo, Tiago and humanoid-cmu have 16 windows of one step each, after two untimed ones"
 
 
