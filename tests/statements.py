@@ -381,7 +381,7 @@ def steps_of_the_humanoid(runs):
     order = sorted(time, key=time.get)
     assert order[:2] == ["mujoco-euler", "mujoco-implicitfast"] and order[2:4] == ["havok", "physx56-art-tgs4"], order[:5]
     return (f"on the humanoid at 1 ms MuJoCo takes {digits(time['mujoco-euler'])} µs a step, the least; Havok and PhysX 5.6's articulations with 4 iterations,"
-            f" {digits(time['havok'])} and {digits(time['physx56-art-tgs4'])}, are not told apart; DART takes {digits(time['dart'])}.")
+            f" {digits(time['havok'])} and {digits(time['physx56-art-tgs4'])}, do not differ significantly; DART takes {digits(time['dart'])}.")
 
 
 @sentence(ENGINES)
@@ -393,9 +393,9 @@ def the_pile(runs):
     late = {name: field.late_step_us("capsules-27", name) for name in time}
     behind = sum(late[name] < late["ode-step"] for name in late)
     words = {4: "fifth", 5: "sixth"}
-    return (f"In the pile, whose run of {field.facts['capsules-27']['duration_s']:g} s begins with free fall, a step takes `physx-art-tgs4` {time['physx-art-tgs4']:.0f} µs"
+    return (f"The run of the pile, {field.facts['capsules-27']['duration_s']:g} s, begins with free fall. A step takes `physx-art-tgs4` {time['physx-art-tgs4']:.0f} µs"
             f" in the mean and {late['physx-art-tgs4']:.0f} in the last quarter, `ode-step` {time['ode-step']:.0f} and {late['ode-step']:.0f}, `mujoco-euler`"
-            f" {time['mujoco-euler']:.0f} and {late['mujoco-euler']:.0f}: second in the mean, ODE's exact solver is {words[behind]} where the capsules lie on each other."
+            f" {time['mujoco-euler']:.0f} and {late['mujoco-euler']:.0f}. ODE's exact solver is second in the mean, but {words[behind]} where the capsules lie on each other."
             f" Over the {full.facts['capsules-27']['duration_s']:g} s of the full run it takes {full.value('capsules-27', 'ode-step', 1, 'step_time'):.0f} µs and"
             f" {full.late_step_us('capsules-27', 'ode-step'):.0f}, MuJoCo {full.value('capsules-27', 'mujoco-euler', 1, 'step_time'):.0f} and"
             f" {full.late_step_us('capsules-27', 'mujoco-euler'):.0f}.")
@@ -544,7 +544,7 @@ def verdicts_in_brief(_):
 def iterations_in_brief(runs):
     time = {name: runs.full.value("humanoid", name, 1, "step_time") for name in ("mujoco-euler", "physx-d6-pgs4", "physx-d6-pgs")}
     four, fifty = (time[name] / time["mujoco-euler"] for name in ("physx-d6-pgs4", "physx-d6-pgs"))
-    return f"with its own 4 PhysX takes {four:.2f} times MuJoCo's step on the humanoid, with 50 {fifty:.1f} times."
+    return f"PhysX takes {four:.2f} times MuJoCo's step on the humanoid with its own 4, and {fifty:.1f} times with 50."
 
 
 def times_of_own_defaults(runs):
@@ -653,7 +653,7 @@ def gains_on_the_pile(runs):
             gains.append(best.speed / own.speed)
     assert anew == ["physx-d6-tgs"] and min(gains) > 1
     return (f"On the pile {COUNTS[len(gains) + len(anew)]} of {COUNTS[len(counted)]} contenders are faster with settings of the campaign than with their own,"
-            f" {COUNTS[len(gains)]} of them {min(gains):.1f} to {max(gains):.1f} times (`physx-d6-tgs` meets the limit with none of its own)")
+            f" {COUNTS[len(gains)]} of them {min(gains):.1f} to {max(gains):.1f} times (the other, `physx-d6-tgs`, meets the limit only with the campaign's)")
 
 
 def overlap(run, system, best, own):
@@ -675,7 +675,7 @@ def hard_contacts_of_mujoco(runs):
         hard = with_settings(runs.settings, system, consistency=MM, penetration_max=5 * MM)["mujoco-euler"][1]
         assert "contact_timeconst=0.002" in hard.contender
         speed[system] = f"{digits(hard.speed)} in place of {digits(own.speed)}"
-    return f"{speed['capsules-27']} times real time, {speed['humanoid']} ([tables](lab/settings.md))"
+    return f"{speed['capsules-27']} times real time on the pile, {speed['humanoid']} on the humanoid ([tables](lab/settings.md))"
 
 
 @sentence(SETTINGS)
@@ -878,7 +878,7 @@ def the_pyramid_inside(runs):
     error, way = off(runs, "sliding-box", "mujoco-default", 1 / 16), box.way()
     floors(runs, "sliding-box", "mujoco-default", "mujoco-euler-elliptic")
     assert math.hypot(*box.pyramid_inside()) > 1.3 * way
-    return (f"`mujoco-default` ends {mm(error)} mm from where the box stops at 1/16 ms, {100 * error / way:.0f} % of its way of {1e3 * way:.0f} mm, and beyond it: its"
+    return (f"At 1/16 ms `mujoco-default` ends {mm(error)} mm off, {100 * error / way:.0f} % of the box's way of {1e3 * way:.0f} mm, beyond the point where it stops, because its"
             f" pyramid lies inside the cone. With the elliptic cone (`mujoco-euler-elliptic`) {mm(off(runs, 'sliding-box', 'mujoco-euler-elliptic', 1 / 16))} mm are left.")
 
 
@@ -887,7 +887,7 @@ def the_pyramid_around(runs):
     box, same = contact_tables.SlidingBox(), ("ode-quick", "ode-default", "ode-step", "dart-default", "dartpy")
     floors(runs, "sliding-box", *same)
     assert math.hypot(*box.pyramid_around()) < 0.8 * box.way()
-    return (f"ODE, `dart-default` and `dartpy` end {alike(runs, 'sliding-box', same, 1 / 16)} mm off, short of it: their pyramid lies around the cone. `dart` turns the pyramid"
+    return (f"ODE, `dart-default` and `dartpy` end {alike(runs, 'sliding-box', same, 1 / 16)} mm off, short of that point, because their pyramid lies around the cone. `dart` turns the pyramid"
             f" along the slip, and is within {mm(off(runs, 'sliding-box', 'dart', 1 / 16))} mm.")
 
 
@@ -955,8 +955,8 @@ def softness(runs):
     for system in ("joint-stops", "ball-row", "rod-strike-sticks", "box-stack"):
         floors(runs, system, "mujoco-default")
         shown[system] = off(runs, system, "mujoco-default")
-    return (f"`mujoco-default` keeps {mm(shown['joint-stops'])} mm on the joints' stops, {mm(shown['ball-row'])} mm on the row of balls, {mm(shown['rod-strike-sticks'])} mm on the"
-            f" rod that sticks and {mm(shown['box-stack'])} mm on the stack at 1 ms, and a smaller step takes none of it away:")
+    return (f"At 1 ms `mujoco-default` is off by {mm(shown['joint-stops'])} mm on the joints' stops, {mm(shown['ball-row'])} mm on the row of balls, {mm(shown['rod-strike-sticks'])} mm on the"
+            f" rod that sticks and {mm(shown['box-stack'])} mm on the stack, and a smaller step does not help:")
 
 
 @sentence(CONTACTS)
@@ -1056,7 +1056,7 @@ def explanation(runs):
 @sentence("README.md")
 def falls_at_20_ms(runs):
     assert slow_quadruped(runs)[20]["fall_rate"] == 1
-    return "At 20 ms the robot falls in the engine of its training, too, in all 20 runs"
+    return "At 20 ms the robot falls even in MuJoCo, in all 20 runs"
 
 
 @sentence("README.md")
@@ -1340,7 +1340,7 @@ def soft_or_hard(runs):
     more = f"{low:.1f} to {high:.1f} more" if high > 0 else f"{-high:.1f} to {-low:.1f} less"
     return (f"`{soft.name}`, whose contacts are springs, is off by {soft.mean('held_out', 'position_percent'):.1f} % and {soft.mean('held_out', 'rotation_deg'):.1f}°. The best"
             f" engine with rigid contacts, `{hard.name}`, is off by {hard.mean('held_out', 'position_percent'):.1f} % and {hard.mean('held_out', 'rotation_deg'):.1f}°: {more}"
-            f" in the mean of both numbers (95 %, on the same tosses){', so neither is nearer beyond doubt' if low <= 0 <= high else ''}.")
+            f" in the mean of both numbers (95 %, on the same tosses){', so neither is clearly nearer' if low <= 0 <= high else ''}.")
 
 
 @sentence(REALITY)
@@ -1384,7 +1384,7 @@ def what_other_measures_predict(runs):
     for others in (truths, own):
         found, chance = rank_correlation([each.mean("held_out") for each in others], list(others.values()))
         assert abs(found) < chance, (found, chance)
-        texts.append(f"{signed(found)} over {COUNTS[len(others)]} contenders, of chance alone up to {chance:.1f}")
+        texts.append(f"{signed(found)} over {COUNTS[len(others)]} contenders; chance alone gives up to {chance:.1f}")
     return (f"Neither the number of [contact systems](lab/contact-truth.md) within 1 mm at 1 ms tells which engine is near the real cube (rank correlation {texts[0]}), nor"
             f" [self-consistency](lab/self-consistency.md) on the falling humanoid ({texts[1]}).")
 
@@ -1396,7 +1396,7 @@ def known_truth(runs):
     hinges = max(sum(each["model"] == one["model"] and each["parameter"].startswith("damping") for each in found) for one in found)
     covered = sum(each["low"] <= each["truth"] <= each["high"] for each in found)
     return (f"Of seeded chains of one to {COUNTS[hinges]} hinges with the noise of good encoders all {len(found)} masses, dampings and dry frictions are found within"
-            f" {100 * max(off):.1f} %, half of them within {100 * statistics.median(off):.2g} %; {covered} of {len(off)} 95 % intervals have the truth.")
+            f" {100 * max(off):.1f} %, half of them within {100 * statistics.median(off):.2g} %; {covered} of {len(off)} intervals (95 %) contain the true value.")
 
 
 @sentence(REALITY)
@@ -1408,7 +1408,7 @@ def as_good_as_the_best(runs):
     order = reality.ranked(found)
     low, high = min(each.mean("held_out") for each in order), max(each.mean("held_out") for each in order)
     raw = [each.mean("untuned") for each in order]
-    return (f"The fit takes the error over 2 s from {min(raw):.1f}° to {max(raw):.1f}° as the file says to {low:.1f}° to {high:.1f}°: the parameters matter more than the"
+    return (f"The error over 2 s is {min(raw):.1f}° to {max(raw):.1f}° untuned and {low:.1f}° to {high:.1f}° fitted: the parameters matter more than the"
             f" engine. {len(equal) + 1} of {len(order)} contenders are as good as the best, `{best}`.")
 
 

@@ -21,6 +21,7 @@
 #include "bisect/probes.h"
 #include "bisect/releases.h"
 #include "cli/answer.h"
+#include "cli/cli.h"
 #include "cli/commands.h"
 #include "cli/explain_options.h"
 #include "engines/builds.h"
@@ -28,6 +29,7 @@
 #include "engines/releases.h"
 #include "explain/robots.h"
 #include "measures/statistics.h"
+#include "run/cluster/program.h"
 #include "run/coordinator/set_up.h"
 
 namespace assay::cli {
@@ -210,8 +212,24 @@ void add_groups(const std::vector<Stage>& stages, const ReleaseCourse& course,
   answer.table(std::move(names), std::move(rows), std::move(numbers));
 }
 
-void add_change(const std::string& robot, const ResolvedContender& contender, const std::vector<Stage>& stages,
-                const Explained& of, const std::vector<MeasuredRelease>& measured, bool timed, Answer& answer) {
+// The command that compares the two releases further, under the same run and settings.
+std::string explain_command(const BisectOptions& options, const ResolvedContender& contender, const std::string& before,
+                            const std::string& after) {
+  std::vector<std::string> words = {"assay", "explain", shell_word(options.model.model),
+                                    in_build(contender.base, before), in_build(contender.base, after)};
+  for (const char* side : {"--change-a", "--change-b"}) {
+    for (const std::string& setting : options.settings) words.insert(words.end(), {side, shell_word("set:" + setting)});
+  }
+  const std::vector<std::string> same =
+      given_words(*options.command, "",
+                  {"--engine", "--contender", "--from", "--to", "--quick", "--set", "--speed", "--repeat", "--out",
+                   "--no-set-up", "--json", "--markdown", "--junit"});
+  words.insert(words.end(), same.begin(), same.end());
+  return join(words, " ");
+}
+
+void add_change(const BisectOptions& options, const ResolvedContender& contender, const std::vector<Stage>& stages,
+                const Explained& of, const std::vector<MeasuredRelease>& measured, Answer& answer) {
   const std::string &before = stages[of.change.before].release, &after = stages[of.change.after].release;
   const ReleaseValues &was = measured[of.change.before].values, &is = measured[of.change.after].values;
   answer.part(fmt::format("{} to {}: {}", before, after, of.rounding ? "rounding" : "the motion changed"));
@@ -240,7 +258,7 @@ void add_change(const std::string& robot, const ResolvedContender& contender, co
   if (of.slower) {
     answer.fact("time of a step",
                 fmt::format("times {:.3f} [{:.3f}, {:.3f}]", of.slower->value, of.slower->low, of.slower->high));
-  } else if (timed) {
+  } else if (options.speed) {
     answer.fact("time of a step", "not measured in both");
   }
   if (!of.no_probes.empty()) answer.fact("mechanism", of.no_probes);
@@ -263,8 +281,7 @@ void add_change(const std::string& robot, const ResolvedContender& contender, co
     answer.fact("changelog", place);
   }
   if (!of.rounding) {
-    answer.fact("further", fmt::format("assay explain {} {} {}", robot, in_build(contender.base, before),
-                                       in_build(contender.base, after)));
+    answer.fact("further", explain_command(options, contender, before, after));
   }
 }
 
@@ -527,7 +544,7 @@ int run_bisect(const BisectOptions& options) {
   }
   if (!speeds.empty()) add_step_times(stages, speeds, answer);
   for (const Explained& of : explained) {
-    add_change(request.model, contender, stages, of, measured, options.speed, answer);
+    add_change(options, contender, stages, of, measured, answer);
   }
   if (options.out) {
     std::error_code ignored;  // what cannot be made cannot be written to: that is said

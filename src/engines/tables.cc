@@ -93,7 +93,7 @@ std::string EngineBuilds::markdown() const {
   std::string document = fmt::format(
       "# Builds of engines\n\nWhat the binary of each engine is, as it was on the machine that wrote this page: "
       "instructions in the "
-      "machine code, not those that\nrun ([methodology](../methodology.md#builds)). `./assay list engines --builds "
+      "machine code, not those that\nrun ([engines](../engines.md#builds)). `./assay list engines --builds "
       "--markdown` "
       "writes this "
       "file.\n\n| {} |\n|{}|\n",

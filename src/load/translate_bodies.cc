@@ -63,6 +63,35 @@ MassPart joined(const std::vector<MassPart>& parts) {
 
 }  // namespace
 
+// A mocap body stands where the initial state puts it, until a program moves it.
+Pose Translator::pose_in_parent(int b) const {
+  const std::optional<int> keyframe = initial_keyframe();
+  return is_mocap(b) && keyframe ? mocap_pose(b, *keyframe) : Pose{vec3(m_->body_pos, b), quat(m_->body_quat, b)};
+}
+
+Pose Translator::mocap_pose(int b, int keyframe) const {
+  const int row = keyframe * m_->nmocap + m_->body_mocapid[b];
+  return {vec3(m_->key_mpos, row), quat(m_->key_mquat, row).normalized()};
+}
+
+void Translator::note_mocap_bodies() {
+  std::vector<std::string> bodies, elsewhere;
+  for (int b = 1; b < m_->nbody; ++b) {
+    if (!is_mocap(b)) continue;
+    bodies.push_back(label(mjOBJ_BODY, b));
+    const Pose here = pose_in_parent(b);
+    for (int k = 0; k < m_->nkey; ++k) {
+      const Pose there = mocap_pose(b, k);
+      constexpr double kSame = 1e-9;  // m or rad
+      if ((here.p - there.p).norm() > kSame || here.q.angularDistance(there.q) > kSame) {
+        elsewhere.push_back(fmt::format("{} in {}", bodies.back(), label(mjOBJ_KEY, k)));
+      }
+    }
+  }
+  note_list("mocap bodies stand still where they start, as in MuJoCo while no program moves them", bodies);
+  note_list("keyframes that put mocap bodies elsewhere start with them where the initial state has them", elsewhere);
+}
+
 void Translator::translate_bodies() {
   const auto count = static_cast<size_t>(m_->nbody);
   frozen_.assign(count, false);
@@ -76,7 +105,7 @@ void Translator::translate_bodies() {
   std::vector<std::string> fused;
   for (int b = 1; b < m_->nbody; ++b) {
     const int parent = m_->body_parentid[b];
-    const Pose X_MpB = X_MB_[parent] * Pose{vec3(m_->body_pos, b), quat(m_->body_quat, b)};
+    const Pose X_MpB = X_MB_[parent] * pose_in_parent(b);
     if (m_->body_jntnum[b] == 0 || frozen_[b]) {
       body_of_[b] = body_of_[parent];
       X_MB_[b] = X_MpB;

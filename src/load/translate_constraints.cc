@@ -237,9 +237,6 @@ void Translator::translate_body_equality(int e) {
     X_BC[0].p = vec3(data);
     X_BC[1].p = vec3(data + 3);
   }
-  for (const int b : mujoco_body) {
-    if (is_mocap(b)) return;  // left out with the mocap body's message
-  }
   std::array<int, 2> body = {};
   for (int k = 0; k < 2; ++k) {
     body[k] = body_of_[mujoco_body[k]];

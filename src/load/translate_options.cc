@@ -53,11 +53,6 @@ void Translator::refuse_foreign_elements() {
                 "remove the plugin elements", "leaves their forces out");
   }
   for (int b = 1; b < m_->nbody; ++b) {
-    if (is_mocap(b)) {
-      unsupported(mjOBJ_BODY, b, "is a mocap body, which a program moves from outside",
-                  "remove mocap=\"true\" to fix it to the world",
-                  "fixes it to the world where it starts, and leaves out the constraints that drag bodies after it");
-    }
     if (m_->body_gravcomp[b] != 0 && !disabled(mjDSBL_GRAVITY)) {
       unsupported(mjOBJ_BODY, b, "has gravity compensation, which is not supported", "remove gravcomp",
                   "lets gravity act on it in full");

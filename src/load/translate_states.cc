@@ -15,8 +15,7 @@ namespace assay {
 void Translator::translate_keyframes() {
   for (int k = 0; k < m_->nkey; ++k) {
     Keyframe key;
-    key.name = name(mjOBJ_KEY, k);
-    if (key.name.empty()) key.name = fmt::format("key{}", k + 1);
+    key.name = keyframe_name(k);
     key.state = keyframe_state(k);
     key.control.reserve(actuator_of_.size());
     for (const int i : actuator_of_) key.control.push_back(row(m_->key_ctrl, m_->nu, k)[m_->actuator_ctrladr[i]]);
@@ -26,23 +25,29 @@ void Translator::translate_keyframes() {
   note_open_constraints();
 }
 
+std::string Translator::keyframe_name(int k) const {
+  const std::string own = name(mjOBJ_KEY, k);
+  return own.empty() ? fmt::format("key{}", k + 1) : own;
+}
+
+std::optional<int> Translator::initial_keyframe() const {
+  if (load_.keyframe.empty()) return m_->nkey > 0 ? std::optional(0) : std::nullopt;
+  for (int k = 0; k < m_->nkey; ++k) {
+    if (keyframe_name(k) == load_.keyframe) return k;
+  }
+  const auto number = parse_integer(load_.keyframe);
+  if (number && *number >= 0 && std::cmp_less(*number, m_->nkey)) return static_cast<int>(*number);
+  return std::nullopt;
+}
+
 void Translator::choose_initial_state() {
-  size_t chosen = 0;
-  if (!load_.keyframe.empty()) {
+  const auto chosen = static_cast<size_t>(initial_keyframe().value_or(0));
+  if (!load_.keyframe.empty() && !initial_keyframe()) {
     std::vector<std::string> names;
-    names.reserve(model_.keyframes.size());
-    for (const Keyframe& key : model_.keyframes) names.push_back(key.name);
-    const auto named = std::ranges::find(names, load_.keyframe);
-    const auto number = parse_integer(load_.keyframe);
-    if (named != names.end()) {
-      chosen = static_cast<size_t>(named - names.begin());
-    } else if (number && *number >= 0 && std::cmp_less(*number, names.size())) {
-      chosen = static_cast<size_t>(*number);
-    } else {
-      refuse(fmt::format("it has no keyframe '{}'{}", load_.keyframe, did_you_mean(load_.keyframe, names)),
-             names.empty() ? "it has none, start without --keyframe"
-                           : fmt::format("name one of its {}, or its number from 0", names.size()));
-    }
+    for (int k = 0; k < m_->nkey; ++k) names.push_back(keyframe_name(k));
+    refuse(fmt::format("it has no keyframe '{}'{}", load_.keyframe, did_you_mean(load_.keyframe, names)),
+           names.empty() ? "it has none, start without --keyframe"
+                         : fmt::format("name one of its {}, or its number from 0", names.size()));
   }
   if (model_.keyframes.empty()) {
     model_.initial = reference_state(model_);

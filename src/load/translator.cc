@@ -55,6 +55,7 @@ LoadReport Translator::translate() {
     translate_actuators();
     translate_sines();
     translate_keyframes();
+    note_mocap_bodies();
     note_list("concave meshes are several convex hulls (--decompose)", decomposed_);
     note_list("bounds of ranges are swapped, which MuJoCo reads as no limits (--repair swaps them back)", swapped_);
     note_list(

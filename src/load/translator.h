@@ -66,6 +66,9 @@ class Translator {
   // ---- translate_bodies.cc
   void translate_bodies();
   bool is_mocap(int b) const { return m_->body_mocapid[b] >= 0; }
+  Pose pose_in_parent(int b) const;
+  Pose mocap_pose(int b, int keyframe) const;
+  void note_mocap_bodies();
   void freeze_points_of_flexes();
   void freeze_weightless_leaves();
   void add_moving_body(int b, const Pose& X_MpB);
@@ -134,8 +137,11 @@ class Translator {
 
   // ---- translate_states.cc
   void translate_keyframes();
+  std::string keyframe_name(int k) const;
   State keyframe_state(int k) const;
   State state_at(const mjtNum* qpos, const mjtNum* qvel) const;
+  // The keyframe that the run starts in: none where the file has none, or not the one that is asked for.
+  std::optional<int> initial_keyframe() const;
   void choose_initial_state();
   void start_mimics();
   void note_open_constraints();

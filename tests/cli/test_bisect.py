@@ -85,7 +85,7 @@ class Releases(AssayTest):
 
     def test_the_change_of_implicitfast_is_found_and_explained(self):
         done = self.run_assay("bisect", "tumbling.xml", "--contender", "mujoco-implicitfast", "--from", "3.6.0", "--to", "3.7.0", *RUN,
-                              "--out", "found", "--markdown", "--junit", "found.xml")
+                              "--set", "iterations=100", "--out", "found", "--markdown", "--junit", "found.xml")
         self.assertEqual(done.returncode, 1, done.stderr)
         self.assertIn("### 3.6.0 to 3.7.0: the motion changed", done.stdout)
         self.assertIn("| 3.7.0 | 1 |", done.stdout)
@@ -95,6 +95,8 @@ class Releases(AssayTest):
         self.assertIn("free flight (implicitfast)", done.stdout)
         self.assertIn("connect (four-bar)", done.stdout)
         self.assertIn("releases/tag/3.7.0", done.stdout)
+        self.assertIn("assay explain tumbling.xml mujoco-implicitfast@3.6.0 mujoco-implicitfast@3.7.0 --change-a set:iterations=100 "
+                      "--change-b set:iterations=100 --timestep 5 --seconds 5 --seeds 1 --keyframe spun", done.stdout)
         self.assertTrue((self.dir / "found/bisect.json").exists())
 
     def test_a_setting_is_that_of_all_releases(self):

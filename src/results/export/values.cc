@@ -21,7 +21,7 @@ namespace {
 // One value of a cell, or a cell that failed before it had one.
 struct ExportRow {
   const Cell* cell;
-  std::string outcome;
+  std::string outcome, reason;      // reason: of what is not ok
   std::optional<Value> value = {};  // absent: the cell has none
 };
 
@@ -31,11 +31,12 @@ class Outcomes {
   explicit Outcomes(const Store& store) {
     for (const SystemRow& row : store.systems()) facts_[row.name] = facts_of(row.json);
   }
-  std::string of(const Cell& cell) const {
+  ExportRow of(const Cell& cell) const {
     const auto facts = facts_.find(cell.system);
-    const bool counts =
-        why_withdrawn(withdrawals(), cell, facts == facts_.end() ? nlohmann::json() : facts->second).empty();
-    return counts ? std::string(outcome_text(cell.outcome)) : "withdrawn";
+    const std::string why =
+        why_withdrawn(withdrawals(), cell, facts == facts_.end() ? nlohmann::json() : facts->second);
+    if (!why.empty()) return {&cell, "withdrawn", why};
+    return {&cell, std::string(outcome_text(cell.outcome)), cell.reason};
   }
 
  private:
@@ -52,7 +53,7 @@ Json number_or_null(const std::optional<double>& number) {
 
 std::string as_csv(const std::vector<ExportRow>& rows, const TextField& field) {
   std::string text = "system,contender,timestep_ms,measure,value,unit,outcome,low,high\n";
-  for (const auto& [cell, outcome, value] : rows) {
+  for (const auto& [cell, outcome, reason, value] : rows) {
     const Value none{cell->measure, "", {}, {}, {}};
     const Value& shown = value ? *value : none;
     text += fmt::format("{},{},{},{},{},{},{},{},{}\n", field(cell->system), field(cell->contender),
@@ -64,7 +65,7 @@ std::string as_csv(const std::vector<ExportRow>& rows, const TextField& field) {
 
 std::string as_json(const std::vector<ExportRow>& rows) {
   Json values = Json::array();
-  for (const auto& [cell, outcome, value] : rows) {
+  for (const auto& [cell, outcome, reason, value] : rows) {
     const Value none{cell->measure, "", {}, {}, {}};
     const Value& shown = value ? *value : none;
     values.push_back({{"system", cell->system},
@@ -74,6 +75,7 @@ std::string as_json(const std::vector<ExportRow>& rows) {
                       {"value", number_or_null(shown.value)},
                       {"unit", shown.unit.empty() ? Json(nullptr) : Json(shown.unit)},
                       {"outcome", outcome},
+                      {"reason", reason},
                       {"low", number_or_null(shown.low)},
                       {"high", number_or_null(shown.high)}});
   }
@@ -87,14 +89,15 @@ std::string exported_values(const Store& store, ValuesFormat format, const TextF
   const Outcomes outcomes(store);
   std::vector<ExportRow> rows;
   for (const Cell& cell : cells) {
-    const std::string outcome = outcomes.of(cell);
+    ExportRow row = outcomes.of(cell);
     for (const Value& value : cell.values) {
       // a bound has no value: it lies between 0 and the upper end
       const auto bound = bound_of(cell, value.name);
-      rows.push_back({&cell, outcome, bound ? Value{value.name, value.unit, {}, 0, bound} : value});
+      row.value = bound ? Value{value.name, value.unit, {}, 0, bound} : value;
+      rows.push_back(row);
     }
     // a reference run has no value of its own: it is listed only if it failed
-    if (cell.values.empty() && cell.outcome != Outcome::kOk) rows.push_back({&cell, outcome});
+    if (cell.values.empty() && cell.outcome != Outcome::kOk) rows.push_back(row);
   }
   return format == ValuesFormat::kCsv ? as_csv(rows, field) : as_json(rows);
 }

@@ -66,10 +66,6 @@ const std::vector<Case> kCases = {
     {"GravityCompensation",
      "<worldbody><body name='kite' gravcomp='1'><freejoint/><geom size='1'/></body></worldbody>",
      {"body 'kite' (line 2)", "gravity compensation", "remove gravcomp"}},
-    {"Mocap",
-     "<worldbody><body name='hand' mocap='true'><geom size='1'/></body><body><freejoint/><geom "
-     "size='1'/></body></worldbody>",
-     {"body 'hand' (line 2)", "mocap", "remove mocap"}},
     {"PolynomialOfJoints",
      "<worldbody><body><joint name='a'/><geom size='1'/></body><body><joint name='b'/><geom size='1'/></body>"
      "</worldbody>\n<equality>\n<joint name='cam' joint1='a' joint2='b' polycoef='0 1 0.5 0 0'/></equality>",
@@ -302,7 +298,7 @@ TEST(MjcfRefusal, UrdfMimicsInACircle) {
 TEST(MjcfRefusal, AllProblemsAtOnce) {
   const std::string text =
       "<mujoco><option density='1'/><worldbody>\n<body name='a' gravcomp='1'><joint name='j' damping='1 2'/>"
-      "<geom size='1'/></body>\n<body name='b' mocap='true'/></worldbody>\n"
+      "<geom size='1'/></body>\n<body name='b' gravcomp='0.5'/></worldbody>\n"
       "<actuator><muscle name='m' joint='j' lengthrange='0 1'/></actuator></mujoco>";
   const LoadReport report = inspect_model_text(text, "robot.xml");
   EXPECT_FALSE(report.model.has_value());

@@ -343,17 +343,39 @@ TEST(MjcfTranslation, ActivationsKeepEverything) {
   EXPECT_FALSE(model.actuators[4].has_activation());
 }
 
-TEST(MjcfTranslation, DroppedMocapBodyStaysWithoutItsWeld) {
-  const std::string text =
-      "<worldbody><body name='handle' mocap='true' pos='0 0 1'><geom size='0.1'/></body>"
-      "<body name='hand'><freejoint/><geom size='0.1'/></body></worldbody>"
-      "<equality><weld body1='handle' body2='hand'/></equality>";
-  EXPECT_THROW(load_inside(text), InputError);
-  const Model model = load_dropped(text);
-  EXPECT_THAT(model.welds, IsEmpty());
+TEST(MjcfTranslation, MocapBodyStandsStillWithItsWeld) {
+  const Model model = load_inside(
+      "<worldbody><geom name='floor' type='plane' size='1 1 1'/>"
+      "<body name='handle' mocap='true' pos='0 0 1'><geom name='grip' size='0.1'/></body>"
+      "<body name='hand' pos='0 0 1'><freejoint/><geom name='palm' size='0.1'/></body></worldbody>"
+      "<equality><weld name='drag' body1='handle' body2='hand'/></equality>");
   EXPECT_THAT(names(model.bodies), ElementsAre("hand"));
-  EXPECT_EQ(model.shapes[0].body, kWorld);
-  EXPECT_EQ(model.shapes[0].X_BS.p, Vec3(0, 0, 1));
+  EXPECT_THAT(names(model.shapes), ElementsAre("floor", "grip", "palm"));
+  EXPECT_EQ(model.shapes[1].body, kWorld);
+  EXPECT_EQ(model.shapes[1].X_BS.p, Vec3(0, 0, 1));
+  EXPECT_EQ(model.contacts.size(), 2U) << "the palm's: the floor and the handle both stand still";
+  ASSERT_THAT(names(model.welds), ElementsAre("drag"));
+  EXPECT_EQ(model.welds[0].body_a, 0);
+  EXPECT_EQ(model.welds[0].body_b, kWorld);
+  EXPECT_TRUE(model.welds[0].X_AB.p.isApprox(Vec3(0, 0, -1))) << model.welds[0].X_AB.p;
+  EXPECT_THAT(model.notes, Contains(AllOf(HasSubstr("mocap bodies stand still"), HasSubstr("body 'handle'"))));
+}
+
+TEST(MjcfTranslation, MocapBodyStandsWhereTheKeyframePutsIt) {
+  const std::string text =
+      "<worldbody><body name='target' mocap='true' pos='0 0 1'><geom size='0.1'/></body>"
+      "<body name='hand'><freejoint/><geom size='0.1'/></body></worldbody>"
+      "<keyframe><key name='near' mpos='0 0 2' mquat='0 2 0 0'/><key name='far' mpos='0 0 9'/></keyframe>";
+  const Model near = load_inside(text);
+  EXPECT_EQ(near.shapes[0].X_BS.p, Vec3(0, 0, 2));
+  EXPECT_TRUE(near.shapes[0].X_BS.q.coeffs().isApprox(Quat(0, 1, 0, 0).coeffs()));
+  EXPECT_THAT(near.notes, Contains(AllOf(HasSubstr("mocap bodies elsewhere"), HasSubstr("body 'target' in key 'far'"),
+                                         Not(HasSubstr("'near'")))));
+  for (const std::string keyframe : {"far", "1"}) {
+    const Model far = load_model_text("<mujoco>" + text + "</mujoco>", "robot.xml", {.keyframe = keyframe});
+    EXPECT_EQ(far.shapes[0].X_BS.p, Vec3(0, 0, 9)) << keyframe;
+    EXPECT_EQ(far.shapes[0].X_BS.q.w(), 1) << keyframe;
+  }
 }
 
 TEST(MjcfTranslation, DroppedFlexIsFixed) {
