@@ -494,13 +494,28 @@ def soft_contacts_win_the_humanoid(runs):
 
 
 @sentence(CLAIMS)
+def restarts_alone_exceed_1_mm(runs):
+    """Errors at the fine-step run's own timestep in the full run, and those against a reference that starts cold, too, in the newer one."""
+    floor = {name: error for name, error in runs.full.values("humanoid", 1 / 16, "consistency").items() if error > MM}
+    order = sorted(floor, key=floor.get, reverse=True)
+    cold = runs.newer_field.values("humanoid", 1 / 4, "consistency_cold")
+    first, *others = (f"`{name}` ({digits(1e3 * floor[name])}{'' if i else ' mm'})" for i, name in enumerate(order))
+    return (f"At the fine-step run's own timestep {listed([first, *others])} are therefore already more than 1 mm off on the humanoid, and within 1 mm at none."
+            f" Where the reference starts so, too ([second run](engines.md#each-engine-at-its-best-sapien-box3d-and-superdex-among-them)), `physx-d6-pgs` is"
+            f" {digits(1e3 * cold['physx-d6-pgs'])} and `havok` {digits(1e3 * cold['havok'])} mm off at 1/4 ms: restarts are not all of it.")
+
+
+@sentence(CLAIMS)
 def at_equal_compliance(runs):
     run = runs.full
     error = {name: run.value("capsules-27", name, 1, "consistency") for name in ("mujoco-euler-matched", "ode-quick-matched")}
     bound = run.value("capsules-27", "physx-d6-pgs-matched", 1, "consistency_bound")
     assert error["mujoco-euler-matched"] > max(error["ode-quick-matched"], bound)
+    humanoid = [run.value("humanoid", name, 1, "consistency") for name in (*error, "physx-d6-pgs-matched")]
+    assert min(humanoid) == humanoid[0]
     return (f"With contacts of equal compliance (`*-matched`) the claim turns round on the capsules: at 1 ms the error is {1e3 * error['mujoco-euler-matched']:.2f} mm"
-            f" with `mujoco-euler-matched`, {1e3 * error['ode-quick-matched']:.2f} with `ode-quick-matched` and at most {1e3 * bound:.2f} with `physx-d6-pgs-matched`.")
+            f" with `mujoco-euler-matched`, {1e3 * error['ode-quick-matched']:.2f} with `ode-quick-matched` and at most {1e3 * bound:.2f} with `physx-d6-pgs-matched`."
+            f" On the humanoid MuJoCo stays first: {1e3 * humanoid[0]:.2f}, {1e3 * humanoid[1]:.2f} and {1e3 * humanoid[2]:.2f} mm.")
 
 
 @sentence(CLAIMS)
@@ -533,6 +548,35 @@ def iterations_in_brief(runs):
     time = {name: runs.full.value("humanoid", name, 1, "step_time") for name in ("mujoco-euler", "physx-d6-pgs4", "physx-d6-pgs")}
     four, fifty = (time[name] / time["mujoco-euler"] for name in ("physx-d6-pgs4", "physx-d6-pgs"))
     return f"PhysX takes {four:.2f} times MuJoCo's step on the humanoid with its own 4, and {fifty:.1f} times with 50."
+
+
+def times_of_own_defaults(runs):
+    """{contender with 50 sweeps: its step time over that of the engine's own defaults}, on the humanoid at 1 ms."""
+    pairs = {"bullet-si-f64": "bullet-default", "ode-quick": "ode-default", "physx-d6-pgs": "physx-d6-pgs4", "jolt-f32": "jolt-default"}
+    time = runs.full.values("humanoid", 1, "step_time")
+    return {tuned: time[tuned] / time[own] for tuned, own in pairs.items()}
+
+
+@sentence(RESULTS)
+def sweeps_of_the_robots_in_brief(runs):
+    times = times_of_own_defaults(runs).values()
+    return f"on the paper's humanoid {digits(min(times))} to {digits(max(times))} times the time of their own defaults."
+
+
+@sentence("docs/lab/robots.md")
+def sweeps_of_the_robots(runs):
+    bullet, ode, physx, jolt = map(digits, times_of_own_defaults(runs).values())
+    time = runs.full.values("humanoid", 1, "step_time")
+    return (f"On the paper's humanoid at 1 ms that takes {bullet} (rigid bodies), {ode}, {physx} (D6 joints) and {jolt} times as long as their own defaults;"
+            f" MuJoCo's own take {digits(time['mujoco-default'] / time['mujoco-euler'])} times the time of `mujoco-euler`.")
+
+
+@sentence("docs/lab/robots.md")
+def windows_of_one_step(runs):
+    systems = {system for system, in runs.robots.db.execute(
+        "SELECT c.system FROM cells c JOIN samples s ON s.cell_id = c.id WHERE s.name = 'window_steps' GROUP BY c.id HAVING max(s.value) = 1")}
+    assert systems == {"g1", "talos", "romeo", "tiago", "humanoid-cmu"}, systems
+    return "G1, Talos, Romeo, Tiago and humanoid-cmu have 16 windows of one step each, after two untimed ones"
 
 
 @sentence(RESULTS)
@@ -715,6 +759,22 @@ def own_drives_against_explicit_dampers(runs):
     texts = [f"from {f'up to {ms(explicit)}' if explicit else 'no timestep tried'} to up to {ms(own)} with {names(bases)}" for (own, explicit), bases in
              sorted(alike.items(), reverse=True)]
     return "The engine's own drives in place of explicit dampers raise this " + "; ".join(texts) + "."
+
+
+@sentence(FIELD)
+def means_and_medians(runs):
+    """Of the self-consistency error, of contenders whose mean is no bound."""
+    run, ratios = runs.newer_field, {}
+    for system in ("humanoid", "capsules-27"):
+        mean, median, floor = (run.values(system, 1, "consistency_cold" + name) for name in ("", "_median", "_floor"))
+        ratios[system] = {name: mean[name] / median[name] for name in mean if name not in floor}
+    mean, median = (run.values("humanoid", 1, "consistency_cold" + name) for name in ("", "_median"))
+    low, high = min(ratios["humanoid"].values()), max(ratios["humanoid"].values())
+    gaps = [of["physx-art-tgs4"] / of["mujoco-euler"] for of in (mean, median)]
+    return (f"on the humanoid at 1 ms the mean is {digits(low)} to {digits(high)} times the median, in the pile {digits(min(ratios['capsules-27'].values()))} to"
+            f" {digits(max(ratios['capsules-27'].values()))} times. So `physx-art-tgs4` is {digits(gaps[0])} times as far off as `mujoco-euler` on the humanoid by the"
+            f" mean ({digits(1e3 * mean['physx-art-tgs4'])} and {digits(1e3 * mean['mujoco-euler'])} mm) and {digits(gaps[1])} times by the median"
+            f" ({digits(1e3 * median['physx-art-tgs4'])} and {digits(1e3 * median['mujoco-euler'])}).")
 
 
 @sentence(FIELD)
@@ -1198,6 +1258,37 @@ def scales_that_vanish(runs):
 def passed_limits(runs):
     counted = [len(standing.passed_a_limit(run.db)) for run in (runs.full, runs.field)]
     return f"That concerns {counted[0]} cells of the full run and {counted[1]} of the field"
+
+
+@sentence("results/README.md")
+def below_the_ground(runs):
+    """2 % of the length of the humanoid, whose forearm is at most 1.056 m from the root."""
+    allowed, found = 0.0211, {}
+    for path in sorted(ROOT.glob("results/*/assay.sqlite.xz")):
+        run = Run(path.parent.name, runs.scratch.name)
+        manifest = json.loads((path.parent / "manifest.json").read_text("utf-8"))
+        depths = [(system, float(depth.group(1))) for system, reason in run.db.execute("SELECT system, reason FROM main.cells WHERE outcome = 'unstable'")
+                  if (depth := re.search(r"lies wholly below the ground, by ([\d.e+-]+) m", reason))]
+        run.db.close()
+        if depths and int(manifest.get("soundness_rules", 1)) < 3:
+            found[path.parent.name] = depths
+    field, full, robots, settings = (found.pop(runs.folder(name)) for name in ("field", "full", "robots", "settings"))
+    assert list(found) == [runs.folder("quadruped_20ms")], found  # whose falls count all the same
+    less = [sum(system == "humanoid" and depth < allowed for system, depth in depths) for depths in (full, field, settings)]
+    return (f"By the older rule {len(full)} cells of the full run, {len(field)} of the field, {len(settings)} of the settings and {len(robots)} of the robots are"
+            f" unstable; {less[0]}, {less[1]} and {less[2]} of the first three are of the humanoid at less than 21 mm.")
+
+
+@sentence(CLAIMS)
+def ends_by_an_older_rule(runs):
+    """Contenders whose first unstable timestep on the humanoid is one where shapes lie below the ground and nothing else is said."""
+    first = {}
+    for contender, timestep, reason in runs.full.db.execute(
+            "SELECT contender, timestep_ms, reason FROM cells WHERE system = 'humanoid' AND outcome IN ('unstable', 'diverged') ORDER BY timestep_ms"):
+        if timestep <= first.setdefault(contender, (timestep, []))[0]:
+            first[contender][1].append(re.search(r"lies wholly below the ground, by ([\d.e+-]+) m", reason))
+    ground = {contender: [float(depth.group(1)) for depth in depths] for contender, (_, depths) in first.items() if all(depths)}
+    return f"so on the humanoid {len(ground)} of {len(first)} contenders end, {sum(min(each) < 0.0211 for each in ground.values())} of them at a depth of less than 21 mm"
 
 
 # ---- comparison with the pages ---------------------------------------------------------------------------------------

@@ -631,6 +631,8 @@ class ShortOfMemory(AssayTest):
                 self.assertEqual(done.returncode, 1, done.stderr)
                 self.assertNotIn("not scored", done.stdout)
                 self.assertRegex(done.stderr, "ulimit -|not enough memory")
+                self.assertNotIn("there already", done.stdout + done.stderr)  # none was measured before
+                self.assertNotRegex(done.stdout, r"[1-9] before")
             # the same command without the limit has every cell, as has a fresh directory
             for out in ["results", "fresh"]:
                 self.assertIn("1 ok", self.assay(*self.RUN[:3], out, *self.RUN[4:]))

@@ -455,6 +455,15 @@ class CollisionGroups(unittest.TestCase):
         pairs = {(i, j) for j in range(200) for i in range(j)} - beside
         self.assertEqual(self.touching(200, pairs, beside), pairs)
 
+    def test_shapes_of_one_body_are_one_kind(self):
+        """On 300 boxes of the ground, of which PhysX leaves out the pairs among themselves, five bodies that touch all and each other."""
+        ground = {(i, j) for j in range(300) for i in range(j)}
+        pairs = {(i, j) for j in range(300, 305) for i in range(j)}
+        self.assertEqual(self.touching(305, pairs, ground), pairs)
+        touch, everything = self.masks(305, pairs), (1 << 305) - 1
+        kinds, _ = self.engine._merged(305, touch, [everything] * 305)
+        self.assertEqual(kinds, 2)
+
     def test_too_many_kinds_are_said(self):
         draw = random.Random(5)
         self.assertIsNone(self.touching(120, {(i, j) for j in range(120) for i in range(j) if draw.random() < 0.5}))

@@ -123,6 +123,27 @@ TEST(Jolt, NativeSpringsAreImplicitAndExplicitOnesAreNot) {
   EXPECT_GT(largest_rate("jolt-f32"), 2000);
 }
 
+TEST(Jolt, SaysThatKeptContactPointsLetRoundBodiesRollAway) {
+  const auto said = [](const std::string& contender, ShapeType type) {
+    Model model;
+    const int plane = add_shape(model, ShapeType::kPlane, kWorld, Pose());
+    add_free_body(model, "body", capsule_solid(1, 0.1, 0.1, Vec3::UnitZ()), {Vec3(0, 0, 0.2), Quat::Identity()});
+    const int shape = add_shape(model, type, 0, {}, 0.1, 0.1);
+    if (type == ShapeType::kBox) model.shapes[static_cast<size_t>(shape)].half_size = Vec3(0.1, 0.1, 0.1);
+    add_contact(model, plane, shape, 1);
+    model = finished(std::move(model));
+    const ResolvedContender jolt = Registry::instance().resolve(contender);
+    std::string text;
+    for (const Limitation& each : jolt.engine->check(model, jolt.settings)) text += each.how + "\n";
+    return text;
+  };
+  for (const ShapeType round : {ShapeType::kSphere, ShapeType::kCapsule, ShapeType::kCylinder}) {
+    EXPECT_THAT(said("jolt-default", round), HasSubstr("rolls away"));
+    EXPECT_EQ(said("jolt-f32", round), "");
+  }
+  EXPECT_EQ(said("jolt-default", ShapeType::kBox), "");
+}
+
 TEST(Jolt, RefusesWhatItCannotHold) {
   const ResolvedContender native = Registry::instance().resolve("jolt-f32-native-pd");
   const auto refusal = [&](const auto& change) {

@@ -24,6 +24,17 @@ constexpr size_t kMostBodies = 65000;
 // ms.
 constexpr double kSlowTurn = 1e-6, kSlowRate = 0.5e-3;  // rad, rad/s
 
+// Whether a body that can roll may touch another.
+bool touches_roundly(const Model& model) {
+  const auto rolls = [&](int shape) {
+    using enum ShapeType;
+    const ShapeType type = model.shapes[static_cast<size_t>(shape)].type;
+    return type == kSphere || type == kCapsule || type == kCylinder || type == kEllipsoid;
+  };
+  return std::ranges::any_of(model.contacts,
+                             [&](const ContactPair& pair) { return rolls(pair.shape_a) || rolls(pair.shape_b); });
+}
+
 void add_features(Capabilities& c, const Options& options) {
   using enum Feature;
   add_exact(c, {kSlide, kBall, kDryFriction, kConnect, kWeld, kBox, kCylinder});
@@ -173,6 +184,11 @@ class JoltEngine final : public Adapter {
                             {.in_double = kDoublePositions, .per_step = options.world.collision_steps});
     for (const Joint& hinge : model.joints) {
       check_hinge(hinge, options.native_springs, limitations);
+    }
+    if (options.world.pair_cache != 0 && touches_roundly(model)) {
+      limitations.push_back({Fidelity::kApproximated, "contact pairs",
+                             "contact points are kept from step to step and turn with their bodies: a round body at "
+                             "rest rolls away, by metres in a minute; set pair_cache=off"});
     }
     if (model.bodies.size() + model.shapes.size() > kMostBodies) {
       limitations.push_back({Fidelity::kRefused,

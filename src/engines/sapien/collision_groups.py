@@ -6,6 +6,8 @@ So bits of the first two words are products of two sets of shapes that touch, bi
 two do, and the fourth tells groups of shapes apart that have nothing to do with each other. PhysX leaves some pairs out by
 itself: those may come out either way."""
 
+import functools
+
 WORDS = 32
 MOST_PARTS = 0xFFFF
 
@@ -71,10 +73,11 @@ def _apart(count, never, may_not):
 
 
 def _merged(count, touch, may):
-    """Shapes that touch the same others, and each other or not, stand for each other: (number of kinds, kind of each shape)."""
+    """Shapes that touch the same others, and each other, not each other, or either way, stand for each other: (number of kinds,
+    kind of each shape)."""
     def keys(i):
         own = 1 << i
-        return (touch[i], may[i] & ~own), (touch[i] | own, may[i] | own)
+        return (touch[i], may[i] & ~own), (touch[i] | own, may[i] | own), (touch[i], may[i] | own)
 
     seen = {}
     for i in range(count):
@@ -95,8 +98,12 @@ def groups(count, touch, ignored):
         members = _connected(i, touch)
         at = {shape: k for k, shape in enumerate(members)}
 
+        @functools.cache  # all shapes of a body have one mask of ignored ones
+        def renumbered(mask):
+            return mask if len(members) == count else sum(1 << at[j] for j in bits_of(mask) if j in at)
+
         def within(masks):
-            return [sum(1 << at[j] for j in bits_of(masks[shape]) if j in at) for shape in members]
+            return [renumbered(masks[shape]) for shape in members]
 
         found = _part(len(members), within(touch), within(ignored))
         if found is None or part > MOST_PARTS:

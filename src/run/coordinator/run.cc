@@ -69,7 +69,7 @@ void say_plan(const RunShared& run, const Work& work, const TimeLeft& time_left)
                                      duration_label(std::max(1.0, time_left.accuracy_s() / run.jobs))));
   }
   if (!run.makes_runs()) {
-    run.progress.begin(static_cast<int>(work.todo.size()), static_cast<int>(work.mine.size() - work.todo.size()),
+    run.progress.begin(static_cast<int>(work.todo.size()), static_cast<int>(work.done_before()),
                        time_left.estimate_s());
   }
 }

@@ -193,7 +193,8 @@ void SuiteRuns::ended(const std::string& content, const std::string& name, const
 }
 
 void take_out(Work& work, const RunShared& run, const std::set<std::string>& lost) {
-  std::erase_if(work.todo, [&](const PlannedCell* cell) { return lost.contains(run.contender(*cell).content()); });
+  work.out_of_reach +=
+      std::erase_if(work.todo, [&](const PlannedCell* cell) { return lost.contains(run.contender(*cell).content()); });
   std::erase_if(work.runs, [&](const PlannedRun* each) {
     return each->contender >= 0 && lost.contains(run.contender(each->contender).content());
   });

@@ -197,7 +197,7 @@ RunSummary RunDescription::finish(const RunDone& done) {
   RunSummary summary;
   summary.warnings = derive_values(run_.store);
   summary.cells = static_cast<int>(work_.mine.size());
-  summary.done_before = static_cast<int>(work_.mine.size() - work_.todo.size());
+  summary.done_before = static_cast<int>(work_.done_before());
   summary.done_now = done.cells;
   summary.makes_runs = run_.makes_runs();
   summary.runs = static_cast<int>(work_.runs.size());

@@ -20,10 +20,12 @@ struct Work {
   ~Work() = default;
 
   bool none() const { return todo.empty() && runs.empty(); }
+  size_t done_before() const { return mine.size() - todo.size() - out_of_reach; }
   bool is_scored(const CampaignContender& contender) const { return !unscored.contains(contender.resolved.name); }
 
   Plan plan;
   std::vector<const PlannedCell*> mine, todo;
+  size_t out_of_reach = 0;  // cells taken out of `todo`: the machine could not hold their contenders' suites
   std::vector<const PlannedRun*> runs;    // that this part makes for others (ShardCells::kRuns)
   std::set<std::string> suite_again;      // contenders whose conformance suite is tried again
   std::set<std::string> timed_elsewhere;  // keys of stored timings of another machine
