@@ -1357,7 +1357,7 @@ def how_soft_the_cube_is(runs):
 def cube_by_timestep(runs):
     best = reality.ranked(measured_motion("tosses"))[0]
     by = {each["timestep_ms"]: each["held_out"]["position_percent"] for each in best.found["timesteps"]}
-    return f"The same fit at 8 ms is off by {by[8]:.1f} % in place of {by[1]:.1f}."
+    return f"The best contender's fit is off by {by[8]:.1f} % at 8 ms in place of {by[1]:.1f}."
 
 
 def signed(value):
