@@ -1,7 +1,6 @@
 #include "report/report.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -47,15 +46,8 @@ json rounded(std::optional<double> value, int digits = 4) {
   return std::round(*value * digit) / digit;
 }
 
-// How much of cells the page has: values to six digits where it has to be small, which shows three, and computes with
+// Values whole, or to six digits where the page has to be small: it shows three, and what it computes from them follows
 // views, which are whole.
-struct Detail {
-  bool samples, whole;
-  const char* left_out;
-};
-constexpr std::array<Detail, 3> kDetails = {
-    {{true, true, ""}, {true, false, ""}, {false, false, "distributions of samples"}}};
-
 json cell_json(const Cell& cell, const std::vector<SampleSeries>& samples, bool whole) {
   json values = json::array();
   const auto number_of = [&](std::optional<double> value) { return whole ? number(value) : rounded(value, 6); };
@@ -108,7 +100,7 @@ size_t page_bytes(const json& data) {
          dump_json(data).size();
 }
 
-// System by system in their order, where there is room: in as much detail as lets all fit.
+// System by system in their order, where there is room: with the samples' distributions if all fits so.
 // Makes the views that `views` lacks: a later call with other room finds them there.
 Shown what_fits(const Results& results, const ReportOptions& options, size_t other_bytes,
                 std::map<std::string, json>& views) {
@@ -118,10 +110,8 @@ Shown what_fits(const Results& results, const ReportOptions& options, size_t oth
   const size_t room = options.most_bytes > other_bytes ? options.most_bytes - other_bytes : 0;
   Shown shown;
   std::vector<std::string> without_room;
-  for (const Detail& detail : kDetails) {
-    const bool last = &detail == &kDetails.back();
+  for (const bool with_samples : {true, false}) {
     shown = {};
-    shown.left_out = detail.left_out;
     without_room.clear();
     size_t bytes = 0;
     for (const std::string& system : results.systems()) {
@@ -129,7 +119,7 @@ Shown what_fits(const Results& results, const ReportOptions& options, size_t oth
       json of_system = json::array();
       for (const Cell* cell : cells[system]) {
         of_system.push_back(cell_json(
-            *cell, detail.samples ? results.store().samples(cell->id) : std::vector<SampleSeries>{}, detail.whole));
+            *cell, with_samples ? results.store().samples(cell->id) : std::vector<SampleSeries>{}, with_samples));
       }
       if (!views.contains(system) && std::ranges::find(viewed, system) != viewed.end()) {
         views[system] = view_of(results, system);
@@ -137,9 +127,9 @@ Shown what_fits(const Results& results, const ReportOptions& options, size_t oth
       const auto size = [](const json& part) { return dump_json(part).size(); };
       const auto view = views.find(system);
       const size_t with_it = bytes + size(of_system) + (view == views.end() ? 0 : size(view->second));
-      if (with_it > room && (!last || !shown.systems.empty())) {
+      if (with_it > room && (with_samples || !shown.systems.empty())) {
         without_room.push_back(system);
-        if (!last) break;
+        if (with_samples) break;
         continue;
       }
       bytes = with_it;
@@ -147,11 +137,17 @@ Shown what_fits(const Results& results, const ReportOptions& options, size_t oth
       for (json& cell : of_system) shown.cells.push_back(std::move(cell));
       if (view != views.end()) shown.views.push_back(view->second);
     }
-    if (without_room.empty()) return shown;
+    if (without_room.empty()) {
+      if (!with_samples) shown.left_out = "distributions of samples";
+      return shown;
+    }
   }
+  shown.left_out = "distributions of samples";
   shown.without_room = without_room.size();
-  shown.left_out +=
-      fmt::format("; of {} systems {}: {}", results.systems().size(), without_room.size(), join(without_room, ", "));
+  if (!without_room.empty()) {
+    shown.left_out +=
+        fmt::format("; of {} systems {}: {}", results.systems().size(), without_room.size(), join(without_room, ", "));
+  }
   return shown;
 }
 
@@ -371,17 +367,9 @@ std::string write_report(const std::string& results_dir, const std::string& out_
   const Store store = Store::open(results_dir);
   ReportOptions within = options;
   within.most_bytes -= std::min(within.most_bytes, dump_json(more).size());
-  json data;
-  std::string html;
-  // again by as much smaller as the page's own escapes and tables of systems came to
-  for (int attempt = 0; attempt < 2; ++attempt) {
-    data = report_data(store, within);
-    data.update(more);
-    html = report_html(data);
-    if (html.size() <= options.most_bytes) break;
-    within.most_bytes -= std::min(within.most_bytes, html.size() - options.most_bytes);
-  }
-  write_file(out_file, html);
+  json data = report_data(store, within);
+  data.update(more);
+  write_file(out_file, report_html(data));
   const auto left_out =
       std::ranges::find_if(data["manifest"], [](const json& entry) { return entry["key"] == kLeftOut; });
   return left_out == data["manifest"].end() ? "" : (*left_out)["value"].get<std::string>();
