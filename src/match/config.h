@@ -11,7 +11,8 @@
 //                                  # only one free body, they are without this line
 //   shoulder = "pos_meas1"
 //   "shoulder.torque" = "tau_meas1"
-//   ignore = ["temperature"]       # columns that are no quantity; other unknown ones are refused
+//   ignore = ["temperature"]       # columns that are left out, also one with a quantity's name; "*": all that are no
+//                                  # quantity. Other unknown ones are refused
 //   [units]
 //   time = "s"                     # s, ms, us, ns
 //   angle = "rad"                  # rad, deg; angular_velocity follows it unless it is given, too
