@@ -112,6 +112,9 @@ MatchConfig parse_match_config(std::string_view text, const std::string& path);
 // "match.toml:12" of a key of `lines`; the file alone for another.
 std::string config_place(const MatchConfig& config, const std::string& key);
 
+// Of `stiffness` or `damping`: that of the joint, or of all that have none of their own; else 0.
+double gain_of(const std::map<std::string, double>& gains, const std::string& joint);
+
 // Whether `name` fits a pattern with * and ?.
 bool matches_pattern(const std::string& name, const std::string& pattern);
 

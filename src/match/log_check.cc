@@ -161,7 +161,8 @@ struct Balance {
 // `factor` times the angles: for the question whether they are degrees.
 class Balancer {
  public:
-  explicit Balancer(Model model) : model_(std::move(model)), layout_(model_) {
+  // Torques that nobody measured are those of the drives of `config`, where it has some.
+  Balancer(Model model, const MatchConfig& config) : model_(std::move(model)), layout_(model_), config_(config) {
     for (Joint& joint : model_.joints) joint.damping = joint.dry_friction = 0;
     model_.tendons.clear();
     weightless_ = model_;
@@ -188,6 +189,13 @@ class Balancer {
       motion.push_back(smoothed(log.time, q, std::max(kHalf, 4 * dt)));
       constexpr int kMedian = 9;
       torque.push_back(joint.torque.empty() ? std::vector<double>(n, 0.0) : running_median(joint.torque, kMedian));
+      if (!joint.torque.empty() || joint.target.empty() || config_.law != DriveLaw::kPd) continue;
+      const std::string& name = model_.joints[joint.joint].name;
+      const double stiffness = gain_of(config_.stiffness, name), damping = gain_of(config_.damping, name);
+      for (size_t i = 0; i < n; ++i) {
+        torque.back()[i] =
+            stiffness * (factor * joint.target[i] - motion.back().value[i]) - damping * motion.back().rate[i];
+      }
     }
     std::vector<std::vector<double>> inertial(joints), still(joints);
     State state = model_.initial;
@@ -239,6 +247,7 @@ class Balancer {
  private:
   Model model_, weightless_;
   parity::SpeedLayout layout_;
+  const MatchConfig& config_;
 };
 
 // inertial = -weight still + gain torque - friction direction - damping rate + offset, by least squares.
@@ -296,7 +305,7 @@ struct Flight {
 class Checker {
  public:
   Checker(const Model& model, const MatchConfig& config, const std::vector<MeasuredLog>& logs)
-      : model_(model), config_(config), logs_(logs), balancer_(model) {}
+      : model_(model), config_(config), logs_(logs), balancer_(model, config) {}
 
   LogCheck check() {
     for (number_ = 0; number_ < logs_.size(); ++number_) {
@@ -721,7 +730,8 @@ class Checker {
   void dynamics(const MeasuredLog& log) {
     if (!balancer_.fits(log)) return;
     if (std::ranges::none_of(log.joints, [&](const MeasuredJoint& joint) { return moves(joint); })) return;
-    const bool torques = log.has_torque();
+    const bool pd = config_.law == DriveLaw::kPd && !log.has_torque();
+    const bool torques = log.has_torque() || pd;
     const std::vector<Balance> balances = balancer_.balances(log, 1);
     std::vector<Explained> as_given;
     for (const Balance& balance : balances) as_given.push_back(explained(balance, torques));
@@ -734,24 +744,26 @@ class Checker {
       const Explained& joint = as_given[j];
       const std::string& name = joint_name(log.joints[j]);
       if (joint.spans == 0 || joint.share < kShare || !moves(log.joints[j])) continue;
+      const std::string quantity = name + (pd ? ".target" : ".torque");
+      const char* what = pd ? "what the drive's gains make of " : "";
       if (torques && joint.gain + kErrors * joint.gain_error < 0) {
-        find(
-            {.severity = FindingSeverity::kWrong,
-             .kind = "torque sign",
-             .column = name + ".torque",
-             .text = fmt::format("the motion goes best with {:.3g} times '{}.torque' (standard error {:.2g}): its sign "
-                                 "is wrong",
-                                 joint.gain, name, joint.gain_error),
-             .fix = fmt::format("give \"{}.torque\" = -1 in [scale], or -1 for \"{}\" if the position is flipped", name,
-                                name)});
+        find({.severity = FindingSeverity::kWrong,
+              .kind = "torque sign",
+              .column = quantity,
+              .text = fmt::format(
+                  "the motion goes best with {:.3g} times {}'{}' (standard error {:.2g}): its sign is wrong",
+                  joint.gain, what, quantity, joint.gain_error),
+              .fix = fmt::format("give \"{}\" = -1 in [scale], or -1 for \"{}\" if the position is flipped", quantity,
+                                 name)});
       } else if (torques && (joint.gain - kErrors * joint.gain_error > 4 ||
                              (joint.gain + kErrors * joint.gain_error < 0.25 && joint.gain > 0))) {
         find({.severity = FindingSeverity::kWarning,
               .kind = "torque scale",
-              .column = name + ".torque",
-              .text = fmt::format("the motion goes best with {:.3g} times '{}.torque' (standard error {:.2g})",
-                                  joint.gain, name, joint.gain_error),
-              .fix = "give its unit in [units], or the gear in [scale], or correct the masses of the model"});
+              .column = quantity,
+              .text = fmt::format("the motion goes best with {:.3g} times {}'{}' (standard error {:.2g})", joint.gain,
+                                  what, quantity, joint.gain_error),
+              .fix = pd ? "correct the gains in [drive], or the masses of the model"
+                        : "give its unit in [units], or the gear in [scale], or correct the masses of the model"});
       }
       if (joint.weight + kErrors * joint.weight_error < 0) {
         find({.severity = FindingSeverity::kWrong,
@@ -1420,6 +1432,15 @@ class Checker {
               .text = fmt::format("'{}' has no targets, which drive the robot by law = \"pd\"", log.name),
               .fix = "name the columns of the targets, JOINT.target in [columns]"});
       }
+    }
+    const bool targets = std::ranges::any_of(logs_, [](const MeasuredLog& log) {
+      return std::ranges::any_of(log.joints, [](const MeasuredJoint& joint) { return !joint.target.empty(); });
+    });
+    if (!config_.law && law == DriveLaw::kNone && targets) {
+      find({.severity = FindingSeverity::kWrong,
+            .kind = "drive",
+            .text = "the logs have targets, and no gains are given, so nothing drives the robot",
+            .fix = "give law = \"pd\" with stiffness and damping in [drive], or law = \"none\""});
     }
     if (!config_.law && law == DriveLaw::kNone &&
         std::ranges::any_of(logs_, [](const MeasuredLog& log) { return log.has_torque(); })) {

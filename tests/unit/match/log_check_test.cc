@@ -108,6 +108,44 @@ TEST(LogCheck, FindsHands) {
   EXPECT_THAT(kinds(swing(nothing, push, 0.3)), Contains("hands"));
 }
 
+TEST(LogCheck, DrivesWithGainsAreNoHands) {
+  constexpr double kStiffness = 8, kGain = 0.4;
+  const auto target = [](double t) { return 0.8 * std::sin(2 * t); };
+  MeasuredLog log;
+  log.name = log.source = "drive";
+  MeasuredJoint joint;
+  double q = 0.4, v = 0;
+  constexpr double kStep = 1e-4;
+  for (int i = 0; i < 60'000; ++i) {
+    const double t = i * kStep;
+    if (i % 50 == 0) {
+      log.time.push_back(t);
+      log.line.push_back(log.time.size() + 1);
+      joint.position.push_back(q);
+      joint.target.push_back(target(t));
+    }
+    v += kStep * (kStiffness * (target(t) - q) - kGain * v - kWeight * std::sin(q) - kDamping * v) / kInertia;
+    q += kStep * v;
+  }
+  log.joints.push_back(joint);
+  log.rows = {{log.time.front(), log.time.back()}};
+  const Model model = load_model_text(kPendulum, "pendulum");
+  const auto found = [&](const MatchConfig& config) {
+    std::set<std::string> kinds;
+    for (const LogFinding& finding : check_logs(model, config, {log}).findings) kinds.insert(finding.kind);
+    return kinds;
+  };
+  EXPECT_THAT(found(MatchConfig()), Contains("drive"));  // there are targets, and nothing follows them
+  MatchConfig config;
+  config.law = DriveLaw::kPd;
+  config.stiffness[""] = kStiffness, config.damping["hinge"] = kGain;
+  for (const char* kind : {"hands", "zero", "torque sign", "torque scale", "drive"}) {
+    EXPECT_THAT(found(config), Not(Contains(kind)));
+  }
+  scale(log.joints[0].target, -1);
+  EXPECT_THAT(found(config), Contains("torque sign"));
+}
+
 TEST(LogCheck, FindsGapsGlitchesAndRest) {
   MeasuredLog log = clean();
   for (size_t i = 600; i < log.samples(); ++i) log.time[i] += 0.4;
