@@ -295,6 +295,38 @@ Explained explained(const Balance& balance, bool torque) {
   return out;
 }
 
+// How far the model as it is stays from the balances, but for friction and offsets that fit best: root mean square over
+// joints, in units of what inertia and weight take. Nothing where there are too few spans.
+std::optional<double> misfit_of(const std::vector<Balance>& balances) {
+  constexpr size_t kLeast = 12;
+  double sum = 0;
+  for (const Balance& balance : balances) {
+    const size_t spans = balance.time.size();
+    if (spans < kLeast) return std::nullopt;
+    const auto n = static_cast<Eigen::Index>(spans);
+    const auto column = [&](const std::vector<double>& values) { return Eigen::VectorXd::Map(values.data(), n); };
+    const Eigen::VectorXd y = column(balance.inertial) + column(balance.still) - column(balance.torque);
+    Eigen::MatrixXd rows(n, 3);
+    rows.col(0) = -column(balance.direction);
+    rows.col(1) = -column(balance.rate);
+    rows.col(2).setOnes();
+    Eigen::VectorXd left = y;
+    for (int round = 0; round < 3; ++round) {
+      const Eigen::VectorXd c = rows.completeOrthogonalDecomposition().solve(y);
+      left = y - rows * c;
+      // friction takes energy only
+      if (c[0] >= 0 && c[1] >= 0) break;
+      for (const int k : {0, 1}) {
+        if (c[k] < 0) rows.col(k).setZero();
+      }
+    }
+    const double size = column(balance.inertial).squaredNorm() + column(balance.still).squaredNorm();
+    if (size == 0) return std::nullopt;
+    sum += left.squaredNorm() / size / static_cast<double>(balances.size());
+  }
+  return std::sqrt(sum);
+}
+
 // ---- the check --------------------------------------------------------------------------------------------------------
 
 // Acceleration and rates of a free body.
@@ -739,6 +771,7 @@ class Checker {
     const bool known = std::ranges::any_of(
         out_.findings, [&](const LogFinding& finding) { return finding.kind == "degrees" && finding.log == log.name; });
     if (known || degrees(log, as_given, torques)) return;
+    if (another_reading(log, balances)) return;
     constexpr double kErrors = 4, kShare = 0.4;
     for (size_t j = 0; j < balances.size(); ++j) {
       const Explained& joint = as_given[j];
@@ -777,6 +810,80 @@ class Checker {
       }
     }
     hands(log, balances);
+  }
+
+  // Whether the model moves so with a joint's axis turned around, with two joints exchanged, or with an angle that is
+  // measured against the world.
+  bool another_reading(const MeasuredLog& log, const std::vector<Balance>& balances) {
+    constexpr size_t kMostJoints = 6, kMostSamples = 20'000;
+    constexpr double kFits = 0.15, kGood = 0.35, kBetter = 0.5;  // of misfit_of(); times
+    const size_t joints = log.joints.size();
+    const std::optional<double> given = misfit_of(balances);
+    if (!given || *given < kFits || joints < 2 || joints > kMostJoints || log.samples() > kMostSamples) return false;
+    LogFinding best;
+    double least = std::min(kGood, kBetter * *given);
+    const auto attempt = [&](const auto& change, LogFinding finding) {
+      MeasuredLog read = log;
+      change(read.joints);
+      const std::optional<double> misfit = misfit_of(balancer_.balances(read, 1));
+      if (!misfit || *misfit >= least) return;
+      least = *misfit;
+      finding.severity = FindingSeverity::kWrong;
+      finding.text +=
+          fmt::format(" (left over: {:.0f} % of the torques in place of {:.0f} %)", 100 * *misfit, 100 * *given);
+      best = std::move(finding);
+    };
+    const auto slide = [&](size_t j) { return model_.joints[log.joints[j].joint].is_slide(); };
+    for (size_t j = 0; j < joints; ++j) {
+      const std::string& name = joint_name(log.joints[j]);
+      attempt(
+          [&](std::vector<MeasuredJoint>& read) {
+            for (auto* values : {&read[j].position, &read[j].torque, &read[j].target}) {
+              for (double& value : *values) value = -value;
+            }
+          },
+          {.kind = "flipped axis",
+           .column = name,
+           .text = fmt::format("the robot moves so with '{}' the other way round", name),
+           .fix = fmt::format(
+               "give -1 for \"{}\" and each of its other columns in [scale], or turn its axis in the model", name)});
+      for (size_t k = j + 1; k < joints; ++k) {
+        if (slide(j) != slide(k)) continue;
+        const std::string& other = joint_name(log.joints[k]);
+        attempt(
+            [&](std::vector<MeasuredJoint>& read) {
+              std::swap(read[j].position, read[k].position);
+              std::swap(read[j].torque, read[k].torque);
+              std::swap(read[j].target, read[k].target);
+            },
+            {.kind = "exchanged",
+             .column = name,
+             .text = fmt::format("the robot moves so with '{}' and '{}' exchanged", name, other),
+             .fix = "exchange their columns in [columns]"});
+        attempt([&](std::vector<MeasuredJoint>& read) { std::swap(read[j].torque, read[k].torque); },
+                {.kind = "exchanged",
+                 .column = name + ".torque",
+                 .text = fmt::format("the robot moves so with the torques of '{}' and '{}' exchanged", name, other),
+                 .fix = "exchange their columns in [columns]"});
+      }
+      const int parent = model_.bodies[model_.joints[log.joints[j].joint].body].parent;
+      if (slide(j) || parent == kWorld) continue;
+      for (size_t k = 0; k < joints; ++k) {
+        if (log.joints[k].joint != model_.bodies[parent].joint || slide(k)) continue;
+        attempt(
+            [&](std::vector<MeasuredJoint>& read) {
+              for (size_t i = 0; i < log.samples(); ++i) read[j].position[i] -= log.joints[k].position[i];
+            },
+            {.kind = "absolute angle",
+             .column = name,
+             .text = fmt::format("the robot moves so with '{}' less '{}': it is measured against the world", name,
+                                 joint_name(log.joints[k])),
+             .fix = "log the angle between the two links"});
+      }
+    }
+    if (best.kind.empty()) return false;
+    find(std::move(best));
+    return true;
   }
 
   // Whether the angles make sense only as degrees.

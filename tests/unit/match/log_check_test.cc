@@ -146,6 +146,68 @@ TEST(LogCheck, DrivesWithGainsAreNoHands) {
   EXPECT_THAT(found(config), Contains("torque sign"));
 }
 
+// Two links in a plane, swinging: Lagrange's equations of two point masses, by small steps.
+MeasuredLog double_swing() {
+  constexpr double kMass = 0.5, kLength = 0.3, kGravity = 9.81, kStep = 1e-4;
+  MeasuredLog log;
+  log.name = log.source = "links";
+  MeasuredJoint first, second;
+  second.joint = 1;
+  double a = 1.2, b = 0.4, u = 0, v = 0;  // angles of the links against the vertical
+  for (int i = 0; i < 80'000; ++i) {
+    const double t = i * kStep, torque = 0.6 * std::sin(5 * t), other = 0.2 * std::sin(3 * t + 1);
+    if (i % 50 == 0) {
+      log.time.push_back(t);
+      log.line.push_back(log.time.size() + 1);
+      first.position.push_back(a), second.position.push_back(b - a);
+      first.torque.push_back(torque), second.torque.push_back(other);
+    }
+    const double c = std::cos(a - b), s = std::sin(a - b), m = kMass * kLength * kLength,
+                 w = kMass * kGravity * kLength;
+    // 2 m a" + m c b" = ..., m c a" + m b" = ...
+    const double p = torque - other - m * s * v * v - 2 * w * std::sin(a) - 0.01 * u;
+    const double q = other + m * s * u * u - w * std::sin(b) - 0.01 * (v - u);
+    const double d = m * m * (2 - c * c);
+    const double au = (m * p - m * c * q) / d, bv = (2 * m * q - m * c * p) / d;
+    u += kStep * au, v += kStep * bv;
+    a += kStep * u, b += kStep * v;
+  }
+  log.joints = {first, second};
+  log.rows = {{log.time.front(), log.time.back()}};
+  return log;
+}
+
+TEST(LogCheck, FindsJointsThatAreReadInAnotherWay) {
+  const Model model = load_model_text(R"(<mujoco model="links"><worldbody><body name="upper">
+    <joint name="shoulder" axis="0 -1 0"/><inertial pos="0 0 -0.3" mass="0.5" diaginertia="1e-6 1e-6 1e-6"/>
+    <body name="lower" pos="0 0 -0.3"><joint name="elbow" axis="0 -1 0"/>
+    <inertial pos="0 0 -0.3" mass="0.5" diaginertia="1e-6 1e-6 1e-6"/></body></body></worldbody></mujoco>)",
+                                      "links");
+  const auto found = [&](const std::function<void(std::vector<MeasuredJoint>&)>& change) {
+    MeasuredLog log = double_swing();
+    change(log.joints);
+    std::set<std::string> kinds;
+    for (const LogFinding& finding : check_logs(model, MatchConfig(), {log}).findings) {
+      if (finding.severity == FindingSeverity::kWrong) kinds.insert(finding.kind + " " + finding.column);
+    }
+    return kinds;
+  };
+  EXPECT_THAT(found([](auto&) {}), IsEmpty());
+  EXPECT_THAT(found([](auto& joints) { scale(joints[1].position, -1), scale(joints[1].torque, -1); }),
+              // of two joints the other one turned is the mirror of it
+              ::testing::AnyOf(Contains("flipped axis elbow"), Contains("flipped axis shoulder")));
+  EXPECT_THAT(found([](auto& joints) {
+                std::swap(joints[0].position, joints[1].position), std::swap(joints[0].torque, joints[1].torque);
+              }),
+              Contains("exchanged shoulder"));
+  EXPECT_THAT(found([](auto& joints) { std::swap(joints[0].torque, joints[1].torque); }),
+              Contains("exchanged shoulder.torque"));
+  EXPECT_THAT(found([](auto& joints) {
+                for (size_t i = 0; i < joints[0].position.size(); ++i) joints[1].position[i] += joints[0].position[i];
+              }),
+              Contains("absolute angle elbow"));
+}
+
 TEST(LogCheck, FindsGapsGlitchesAndRest) {
   MeasuredLog log = clean();
   for (size_t i = 600; i < log.samples(); ++i) log.time[i] += 0.4;
