@@ -1,6 +1,7 @@
 // `assay match`: which contender, with which parameters, moves as the robot was measured to.
 #include "match/match.h"
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -80,7 +81,12 @@ match::MatchQuestion question_of(const MatchOptions& options) {
     static_cast<void>(Registry::instance().resolve(options.like));
   }
   question.contenders = options.contenders;
-  for (const std::string& name : question.contenders) static_cast<void>(Registry::instance().resolve(name));
+  for (const std::string& name : question.contenders) {
+    static_cast<void>(Registry::instance().resolve(name));
+    if (std::ranges::count(question.contenders, name) > 1) {
+      throw InputError(fmt::format("--contenders has '{}' twice: leave one out", name));
+    }
+  }
   if (options.timestep) question.timestep_ms = parse_positive("--timestep", *options.timestep, "milliseconds");
   if (options.budget) question.budget = parse_count("--budget", *options.budget, 10, 1'000'000);
   question.jobs = options.jobs ? parse_count("--jobs", *options.jobs, 1, 1024)
@@ -99,6 +105,21 @@ void take_motion(match::MatchQuestion& question) {
   question.check = match::check_logs(question.model, question.config, question.logs);
 }
 
+// Where the logs leave nothing to be fitted, what is wrong with them is the reason.
+void refuse_hopeless(const match::MatchQuestion& question) {
+  match::check_question(question, /*parameters_alone=*/true);
+  try {
+    match::check_question(question);
+  } catch (const InputError& error) {
+    const std::vector<match::LogFinding>& findings = question.check.findings;
+    const auto wrong = std::ranges::find_if(findings, [](const match::LogFinding& finding) {
+      return finding.severity == match::FindingSeverity::kWrong && finding.kind != "windows";
+    });
+    if (wrong == findings.end()) throw;
+    throw InputError(fmt::format("{} ({})", error.what(), match::finding_text(*wrong)));
+  }
+}
+
 int run_match(const MatchOptions& options) {
   if (!options.check && options.out.empty()) {
     throw InputError("--out DIR is missing: it names the folder of what is found; --check looks at the logs alone");
@@ -109,7 +130,16 @@ int run_match(const MatchOptions& options) {
       model_caches());
   match::MatchQuestion question = read();
   if (!question.like.empty()) take_motion(question);
+  if (question.contenders.empty()) {
+    for (const Engine* engine : Registry::instance().engines()) {
+      const std::vector<Contender> contenders = engine->contenders();
+      if (contenders.empty() || engine->name() == "null" || contenders.front().name == question.like) continue;
+      question.contenders.push_back(contenders.front().name);
+      if (options.check) break;  // one does, to look at what is to be fitted
+    }
+  }
   if (options.check) {
+    match::check_question(question, /*parameters_alone=*/true);
     if (options.json) {
       print_json(match::check_json(question.check));
     } else {
@@ -117,12 +147,11 @@ int run_match(const MatchOptions& options) {
     }
     return kDone;
   }
-  if (question.contenders.empty()) {
-    for (const Engine* engine : Registry::instance().engines()) {
-      const std::vector<Contender> contenders = engine->contenders();
-      if (contenders.empty() || engine->name() == "null" || contenders.front().name == question.like) continue;
-      question.contenders.push_back(contenders.front().name);
-    }
+  refuse_hopeless(question);
+  for (const match::LogFinding& finding : question.check.findings) {
+    if (finding.severity != match::FindingSeverity::kWrong && finding.kind != "copy") continue;
+    question.warnings.push_back(match::finding_text(finding));
+    message("warning: " + question.warnings.back());
   }
   match::begin_folder(question);
   ProgressLine progress;

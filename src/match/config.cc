@@ -343,6 +343,11 @@ std::string config_place(const MatchConfig& config, const std::string& key) {
   return found == config.lines.end() ? config.path : fmt::format("{}:{}", config.path, found->second);
 }
 
+double gain_of(const std::map<std::string, double>& gains, const std::string& joint) {
+  const auto own = gains.find(joint), all = gains.find("");
+  return own != gains.end() ? own->second : all != gains.end() ? all->second : 0;
+}
+
 bool matches_pattern(const std::string& name, const std::string& pattern) {
   return ::fnmatch(pattern.c_str(), name.c_str(), FNM_NOESCAPE) == 0;
 }

@@ -11,7 +11,8 @@
 //                                  # only one free body, they are without this line
 //   shoulder = "pos_meas1"
 //   "shoulder.torque" = "tau_meas1"
-//   ignore = ["temperature"]       # columns that are no quantity; other unknown ones are refused
+//   ignore = ["temperature"]       # columns that are left out, also one with a quantity's name; "*": all that are no
+//                                  # quantity. Other unknown ones are refused
 //   [units]
 //   time = "s"                     # s, ms, us, ns
 //   angle = "rad"                  # rad, deg; angular_velocity follows it unless it is given, too
@@ -110,6 +111,9 @@ MatchConfig parse_match_config(std::string_view text, const std::string& path);
 
 // "match.toml:12" of a key of `lines`; the file alone for another.
 std::string config_place(const MatchConfig& config, const std::string& key);
+
+// Of `stiffness` or `damping`: that of the joint, or of all that have none of their own; else 0.
+double gain_of(const std::map<std::string, double>& gains, const std::string& joint);
 
 // Whether `name` fits a pattern with * and ?.
 bool matches_pattern(const std::string& name, const std::string& pattern);

@@ -1,5 +1,6 @@
 #include "match/folder.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
@@ -47,6 +48,19 @@ json scene_of_question(const MatchQuestion& question) {
   return json::parse(scene_row(system, read_drawing(question.spec.path, question.spec.load)).json);
 }
 
+// Models of contenders that an earlier question in this folder asked, and this one does not: they are no answer to it.
+void remove_other_models(const MatchQuestion& question) {
+  std::error_code error;
+  for (const auto& kept : fs::directory_iterator(path_in(question, "contenders"), error)) {
+    const std::string name = kept.path().stem().string();
+    if (kept.path().extension() != ".json" ||
+        std::ranges::find(question.contenders, name) != question.contenders.end()) {
+      continue;
+    }
+    for (const char* ending : {".xml", ".urdf"}) fs::remove(fs::path(question.out) / "models" / (name + ending), error);
+  }
+}
+
 }  // namespace
 
 void begin_folder(const MatchQuestion& question) {
@@ -70,6 +84,7 @@ void begin_folder(const MatchQuestion& question) {
 std::vector<std::string> write_answer(const MatchQuestion& question, const MatchAnswer& answer) {
   std::vector<std::string> notes;
   if (answer.to_do.empty()) {
+    remove_other_models(question);
     notes = write_fitted_models(question, answer, path_in(question, "models"));
     write_motion(question.out, question.model, scene_of_question(question), question.timestep_ms, answer.motion);
   }

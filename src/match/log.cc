@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <set>
 
 #include <fmt/format.h>
@@ -92,14 +94,10 @@ class Mapping {
       throw InputError(
           fmt::format("the log '{}' has no column '{}'{}: name that of the time, 'time' in [columns] of "
                       "--config",
-                      path, config_.time_column, did_you_mean(config_.time_column, names)));
+                      path, config_.time_column, time_hint(names)));
     }
     use("time", time);
-    if (const size_t motion = number(config_.motion_column); motion < names.size()) {
-      use("motion", motion);
-    } else if (config_.lines.contains("columns.motion")) {
-      configured("columns.motion", config_.motion_column);
-    }
+    if (!config_.motion_column.empty()) use("motion", configured("columns.motion", config_.motion_column));
     for (const auto& [quantity, column] : config_.columns) use(quantity, configured("columns." + quantity, column));
     for (const Quantity& quantity : quantities_) {
       if (found.contains(quantity.name)) continue;
@@ -107,18 +105,24 @@ class Mapping {
       if (column == names.size() && quantity.body >= 0 && model_.bodies[quantity.body].name == bare_) {
         column = number(kBodyParts[quantity.part]);
       }
-      if (column < names.size() && !used.contains(column)) use(quantity.name, column);
+      if (column < names.size() && !used.contains(column) && !left_out(names[column])) use(quantity.name, column);
     }
     for (size_t i = 0; i < names.size(); ++i) {
       if (used.contains(i) || ignored(names[i])) continue;
+      if (names[i].empty()) {
+        throw InputError(
+            fmt::format("{}: column {} has no name: give it one in the header, or leave the column out (pandas: "
+                        "to_csv(index=False))",
+                        path, i + 1));
+      }
       std::vector<std::string> known;
       for (const Quantity& quantity : quantities_) {
         if (!found.contains(quantity.name)) known.push_back(quantity.name);
       }
       throw InputError(
           fmt::format("{}: the column '{}' is no joint and no free body of '{}'{}: say what it is in "
-                      "[columns] of --config, or put it into 'ignore' there",
-                      path, names[i], model_.name, hint(names[i], known)));
+                      "[columns] of --config, or put it into 'ignore' there{}",
+                      path, names[i], model_.name, hint(names[i], known), orientation_hint(names[i])));
     }
     return found;
   }
@@ -166,6 +170,31 @@ class Mapping {
                                          name, table, model_.name, hint(name, names)));
   }
 
+  std::string time_hint(const std::vector<std::string>& names) const {
+    // of an .npz an array of two dimensions
+    const std::string first = config_.time_column + "[0]";
+    if (std::ranges::find(names, first) != names.end()) return fmt::format(" (did you mean '{}'?)", first);
+    constexpr size_t kMost = 20;
+    const std::vector<std::string> some(names.begin(),
+                                        names.begin() + static_cast<std::ptrdiff_t>(std::min(names.size(), kMost)));
+    return did_you_mean(config_.time_column, some);
+  }
+
+  std::string orientation_hint(std::string column) const {
+    std::ranges::transform(column, column.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const bool free = std::ranges::any_of(model_.bodies, &Body::is_free);
+    const bool angle = std::ranges::any_of(std::array{"roll", "pitch", "yaw", "euler"},
+                                           [&](const char* word) { return column.find(word) != std::string::npos; });
+    return free && angle ? "; orientations are read as unit quaternions, qw, qx, qy, qz" : "";
+  }
+
+  // Whether the configuration leaves out a column of a quantity's name: by a pattern of more than stars, which are
+  // for all that is left.
+  bool left_out(const std::string& column) const {
+    return std::ranges::any_of(config_.ignored, [&](const std::string& pattern) {
+      return pattern.find_first_not_of('*') != std::string::npos && matches_pattern(column, pattern);
+    });
+  }
   bool ignored(const std::string& column) const {
     return std::ranges::any_of(config_.ignored,
                                [&](const std::string& pattern) { return matches_pattern(column, pattern); });
@@ -270,9 +299,10 @@ class Reader {
         if (there == static_cast<std::ptrdiff_t>(behind - first) || (there == 0 && first > 0)) continue;
         for (size_t part = first; part < behind; ++part) {
           if (has(body.name + "." + kBodyParts[part])) continue;
-          throw InputError(fmt::format("the log '{}' has a part of the {} of '{}', but no column '{}.{}': give it, too",
-                                       path_, first == 0 ? "pose" : "velocity", body.name, body.name,
-                                       kBodyParts[part]));
+          throw InputError(
+              fmt::format("the log '{}' has a part of the {} of '{}', but no column '{}.{}': give it, too{}", path_,
+                          first == 0 ? "pose" : "velocity", body.name, body.name, kBodyParts[part],
+                          first == 0 && part >= 3 ? " (orientations are unit quaternions)" : ""));
         }
       }
     }
@@ -353,6 +383,7 @@ class Reader {
             parts[part]->reserve(kept.size());
             for (const size_t row : kept) parts[part]->push_back(number(table, quantities[i + part], row));
           }
+          go_on_over_turns(joint);
         }
         i += kJointEndings.size();
       } else {
@@ -361,6 +392,30 @@ class Reader {
       }
     }
     return log;
+  }
+
+  // Sensors of one turn jump where the joint goes on.
+  void go_on_over_turns(MeasuredJoint& joint) const {
+    const Joint& own = model_.joints[static_cast<size_t>(joint.joint)];
+    const auto scale = config_.scale.find(own.name);
+    if (own.is_slide() || (scale != config_.scale.end() && std::abs(scale->second) != 1)) return;
+    constexpr double kTurn = 2 * std::numbers::pi;
+    const auto go_on = [&](std::vector<double>& values) {
+      std::vector<size_t> jumps = jumps_of_turn(values, kTurn);
+      double added = 0;
+      size_t next = 0;
+      for (size_t i = 0; i < values.size(); ++i) {
+        if (next < jumps.size() && jumps[next] == i) {
+          added += values[i] + added > values[i - 1] ? -kTurn : kTurn;
+          ++next;
+        }
+        values[i] += added;
+      }
+      return jumps;
+    };
+    joint.turns = go_on(joint.position);
+    // a target that jumps with a position that does not is a jump of the target
+    if (!joint.turns.empty()) static_cast<void>(go_on(joint.target));
   }
 
   // Rows with a quaternion that is none.
@@ -488,9 +543,14 @@ std::vector<MeasuredLog> read_logs(const std::vector<std::string>& paths, const 
     LogFile file = inspect_log_file(path, model, config);
     if (!file.faults.empty()) {
       const size_t more = file.faults.size() - 1 + file.more_faults;
-      throw InputError(
-          fault_text(file.faults.front()) +
-          (more == 0 ? "" : fmt::format(" ({} like it, which --check lists)", counted(more, "more fault"))));
+      std::vector<std::string> lines;
+      constexpr size_t kMost = 5;
+      for (size_t i = 1; i < file.faults.size() && i <= kMost; ++i)
+        lines.push_back(std::to_string(file.faults[i].line));
+      throw InputError(fault_text(file.faults.front()) +
+                       (more == 0 ? ""
+                                  : fmt::format(" ({}, in lines {}{})", counted(more, "more fault"), join(lines, ", "),
+                                                more > lines.size() ? ", ..." : "")));
     }
     for (MeasuredLog& log : file.logs) {
       const auto [at, is_new] = source.emplace(log.name, path);
@@ -517,6 +577,24 @@ void check_names(const std::vector<MeasuredLog>& logs, const MatchConfig& config
   };
   for (const auto& [pattern, spans] : config.rows) check(pattern, "rows." + pattern);
   for (const std::string& pattern : config.held_out) check(pattern, "held_out.logs");
+}
+
+std::vector<size_t> jumps_of_turn(const std::vector<double>& values, double turn) {
+  if (values.size() < 4) return {};
+  const auto [low, high] = std::ranges::minmax(values);
+  constexpr double kSlack = 0.02, kJump = 0.75, kStill = 0.03, kNeighbours = 3;  // shares of a turn; times
+  if (high - low > (1 + kSlack) * turn) return {};
+  const auto step = [&](size_t i) { return values[i] - values[i - 1]; };
+  std::vector<size_t> jumps;
+  for (size_t i = 1; i < values.size(); ++i) {
+    if (std::abs(step(i)) < kJump * turn) continue;
+    // what is left must be a step like those before and behind; that of a glitch is not
+    const double before = std::abs(step(i > 1 ? i - 1 : i + 1)),
+                 behind = std::abs(step(i + 1 < values.size() ? i + 1 : i - 1));
+    const double left = std::abs(turn - std::abs(step(i)));
+    if (left <= std::max(kStill * turn, kNeighbours * std::min(before, behind))) jumps.push_back(i);
+  }
+  return jumps;
 }
 
 std::vector<double> running_median(const std::vector<double>& values, int samples) {

@@ -17,6 +17,8 @@ struct MeasuredJoint {
   std::vector<double> velocity;  // rad/s, m/s; as logged: filtered or delayed by who knows whom
   std::vector<double> torque;    // Nm, N; at the joint, positive along its axis; as logged, glitches included
   std::vector<double> target;    // rad, m; of a PD drive
+  // Samples at which a sensor of one turn begins anew: positions and targets go on there, a whole turn is added.
+  std::vector<size_t> turns = {};
 };
 
 // Of a free body: one entry for each sample, or none at all.
@@ -80,6 +82,10 @@ std::vector<MeasuredLog> read_logs(const std::vector<std::string>& paths, const 
 
 // Throws InputError where [rows] or [held_out] name a log that is not there; read_logs() has done it.
 void check_names(const std::vector<MeasuredLog>& logs, const MatchConfig& config);
+
+// Where the values of a sensor of one turn jump from one end of it to the other; nothing for values that do not stay
+// within one `turn`.
+std::vector<size_t> jumps_of_turn(const std::vector<double>& values, double turn);
 
 // The median of `samples` (odd) around each sample.
 std::vector<double> running_median(const std::vector<double>& values, int samples);

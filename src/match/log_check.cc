@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -11,9 +12,12 @@
 #include <Eigen/Dense>
 #include <fmt/format.h>
 
+#include "base/errors.h"
 #include "base/quantity.h"
 #include "base/text.h"
 #include "check/parity/inverse_dynamics.h"
+#include "match/windows.h"
+#include "measures/violation.h"
 #include "model/kinematics.h"
 
 namespace assay::match {
@@ -71,6 +75,29 @@ std::vector<size_t> glitches_of(const std::vector<double>& x) {
   return found;
 }
 
+// Of positions the samples, at most three in a row, that are away by more than `least` and far more than the steps
+// before and behind. An impact turns a motion around too, but with steps like those around it.
+std::vector<size_t> lone_samples_of(const std::vector<double>& x, double least) {
+  constexpr size_t kMostInARow = 3;
+  constexpr double kSteps = 5, kNoises = 12, kOfWidth = 0.05, kBack = 0.5;
+  const double limit = std::max({least, kNoises * noise_of(x), kOfWidth * range_of(x).width()});
+  const auto step = [&](size_t i) { return i >= 1 && i < x.size() ? std::abs(x[i] - x[i - 1]) : 0; };
+  std::vector<size_t> found;
+  for (size_t i = 1; i < x.size(); ++i) {
+    if (step(i) <= limit) continue;
+    for (size_t j = i + 1; j < x.size() && j <= i + kMostInARow; ++j) {
+      const double away = std::min(step(i), step(j));
+      if (away <= limit || std::abs(x[j] - x[i - 1]) > kBack * away) continue;
+      const double around = std::max({step(i - 1), i >= 2 ? step(i - 2) : 0, step(j + 1), step(j + 2)});
+      if (away <= kSteps * around) continue;
+      for (size_t k = i; k < j; ++k) found.push_back(k);
+      i = j;
+      break;
+    }
+  }
+  return found;
+}
+
 // Value and first two derivatives at each sample of the parabola that fits the samples within `half` seconds best.
 struct Smooth {
   std::vector<double> value, rate, acceleration;
@@ -86,7 +113,8 @@ Smooth smoothed(const std::vector<double>& time, const std::vector<double>& x, d
     const size_t first = std::min(from, i >= 3 ? i - 3 : 0), last = std::max(behind, std::min(n, i + 4));
     Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
     Eigen::Vector4d right = Eigen::Vector4d::Zero();
-    for (size_t k = first; k < last; ++k) {
+    constexpr size_t kEnough = 200;  // a fast log has thousands within `half`
+    for (size_t k = first; k < last; k += 1 + (last - first) / kEnough) {
       const double s = (time[k] - time[i]) / half;
       const Eigen::Vector4d row(1, s, s * s, s * s * s);
       normal += row * row.transpose();
@@ -133,7 +161,8 @@ struct Balance {
 // `factor` times the angles: for the question whether they are degrees.
 class Balancer {
  public:
-  explicit Balancer(Model model) : model_(std::move(model)), layout_(model_) {
+  // Torques that nobody measured are those of the drives of `config`, where it has some.
+  Balancer(Model model, const MatchConfig& config) : model_(std::move(model)), layout_(model_), config_(config) {
     for (Joint& joint : model_.joints) joint.damping = joint.dry_friction = 0;
     model_.tendons.clear();
     weightless_ = model_;
@@ -160,6 +189,13 @@ class Balancer {
       motion.push_back(smoothed(log.time, q, std::max(kHalf, 4 * dt)));
       constexpr int kMedian = 9;
       torque.push_back(joint.torque.empty() ? std::vector<double>(n, 0.0) : running_median(joint.torque, kMedian));
+      if (!joint.torque.empty() || joint.target.empty() || config_.law != DriveLaw::kPd) continue;
+      const std::string& name = model_.joints[joint.joint].name;
+      const double stiffness = gain_of(config_.stiffness, name), damping = gain_of(config_.damping, name);
+      for (size_t i = 0; i < n; ++i) {
+        torque.back()[i] =
+            stiffness * (factor * joint.target[i] - motion.back().value[i]) - damping * motion.back().rate[i];
+      }
     }
     std::vector<std::vector<double>> inertial(joints), still(joints);
     State state = model_.initial;
@@ -211,6 +247,7 @@ class Balancer {
  private:
   Model model_, weightless_;
   parity::SpeedLayout layout_;
+  const MatchConfig& config_;
 };
 
 // inertial = -weight still + gain torque - friction direction - damping rate + offset, by least squares.
@@ -258,6 +295,38 @@ Explained explained(const Balance& balance, bool torque) {
   return out;
 }
 
+// How far the model as it is stays from the balances, but for friction and offsets that fit best: root mean square over
+// joints, in units of what inertia and weight take. Nothing where there are too few spans.
+std::optional<double> misfit_of(const std::vector<Balance>& balances) {
+  constexpr size_t kLeast = 12;
+  double sum = 0;
+  for (const Balance& balance : balances) {
+    const size_t spans = balance.time.size();
+    if (spans < kLeast) return std::nullopt;
+    const auto n = static_cast<Eigen::Index>(spans);
+    const auto column = [&](const std::vector<double>& values) { return Eigen::VectorXd::Map(values.data(), n); };
+    const Eigen::VectorXd y = column(balance.inertial) + column(balance.still) - column(balance.torque);
+    Eigen::MatrixXd rows(n, 3);
+    rows.col(0) = -column(balance.direction);
+    rows.col(1) = -column(balance.rate);
+    rows.col(2).setOnes();
+    Eigen::VectorXd left = y;
+    for (int round = 0; round < 3; ++round) {
+      const Eigen::VectorXd c = rows.completeOrthogonalDecomposition().solve(y);
+      left = y - rows * c;
+      // friction takes energy only
+      if (c[0] >= 0 && c[1] >= 0) break;
+      for (const int k : {0, 1}) {
+        if (c[k] < 0) rows.col(k).setZero();
+      }
+    }
+    const double size = column(balance.inertial).squaredNorm() + column(balance.still).squaredNorm();
+    if (size == 0) return std::nullopt;
+    sum += left.squaredNorm() / size / static_cast<double>(balances.size());
+  }
+  return std::sqrt(sum);
+}
+
 // ---- the check --------------------------------------------------------------------------------------------------------
 
 // Acceleration and rates of a free body.
@@ -268,7 +337,7 @@ struct Flight {
 class Checker {
  public:
   Checker(const Model& model, const MatchConfig& config, const std::vector<MeasuredLog>& logs)
-      : model_(model), config_(config), logs_(logs), balancer_(model) {}
+      : model_(model), config_(config), logs_(logs), balancer_(model, config) {}
 
   LogCheck check() {
     for (number_ = 0; number_ < logs_.size(); ++number_) {
@@ -281,17 +350,27 @@ class Checker {
               .fix = fmt::format("give logs of at least {} samples", kLeastSamples)});
         continue;
       }
+      if (time_unit()) continue;  // nothing else follows from a wrong time
       gaps(log);
       for (const MeasuredJoint& joint : log.joints) {
+        turns(log, joint);
+        lone_samples(log, joint_name(joint), joint.position, least_move(joint));
+        held(log, joint_name(joint), joint.position);
         rates(log, joint);
         torque(log, joint);
       }
       rests(log);
       dynamics(log);
-      for (const MeasuredBody& body : log.bodies) turning(log, body);
+      for (const MeasuredBody& body : log.bodies) {
+        poses(log, body);
+        turning(log, body);
+      }
     }
     excitation();
     flights();
+    places();
+    missing();
+    copies();
     whole();
     std::ranges::stable_sort(out_.findings, {}, &LogFinding::severity);
     return std::move(out_);
@@ -358,6 +437,29 @@ class Checker {
     }
   }
 
+  // Whether the times can only be of another unit. No motion shows at two samples a second.
+  bool time_unit() {
+    constexpr double kSlowest = 0.5, kFastest = 1e-5, kLeast = 1e-4, kMost = 0.2;  // s between samples
+    const double step = 1 / out_.logs.back().rate;
+    if (step > kFastest && step < kSlowest) return false;
+    constexpr std::array<std::pair<const char*, double>, 4> kUnits = {
+        {{"s", 1}, {"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}}};
+    std::string fix = "correct the unit of the time in [units]";
+    for (const auto& [name, factor] : kUnits) {
+      const double as_unit = step / config_.time_scale * factor;
+      if (as_unit < kLeast || as_unit > kMost) continue;
+      fix = fmt::format("give time = \"{}\" in [units] if its times are in {}", name, name);
+      break;
+    }
+    find({.severity = FindingSeverity::kWrong,
+          .kind = "time unit",
+          .column = "time",
+          .text = fmt::format("it has a sample each {} over {}", quantity_text(step, "s"),
+                              quantity_text(out_.logs.back().duration, "s")),
+          .fix = std::move(fix)});
+    return true;
+  }
+
   void gaps(const MeasuredLog& log) {
     constexpr double kSteps = 5, kLeast = 0.01;
     const double step = 1 / out_.logs.back().rate;
@@ -389,6 +491,91 @@ class Checker {
   // -- one joint
   // ---------------------------------------------------------------------------------------------------------
 
+  // A sensor of one turn.
+  void turns(const MeasuredLog& log, const MeasuredJoint& joint) {
+    if (!joint.turns.empty()) {
+      find({.severity = FindingSeverity::kRemark,
+            .kind = "turns",
+            .line = log.line[std::min(joint.turns.front(), log.line.size() - 1)],
+            .column = joint_name(joint),
+            .text = fmt::format("it jumps by a whole turn {}: it is read as going on",
+                                counted(joint.turns.size(), "time"))});
+    }
+    if (model_.joints[joint.joint].is_slide()) return;
+    constexpr double kTurn = 360;
+    const std::vector<size_t> jumps = jumps_of_turn(joint.position, kTurn);
+    if (jumps.empty()) return;
+    find({.severity = FindingSeverity::kWrong,
+          .kind = "degrees",
+          .line = log.line[jumps.front()],
+          .column = joint_name(joint),
+          .text = fmt::format("it jumps by 360, a whole turn in degrees, {}", counted(jumps.size(), "time")),
+          .fix = "give angle = \"deg\" in [units]"});
+  }
+
+  // What a joint moves at least, beyond noise.
+  double least_move(const MeasuredJoint& joint) const {
+    return model_.joints[joint.joint].is_slide() ? 5e-4 : 0.5 * kDegree;
+  }
+  bool moves(const MeasuredJoint& joint) const {
+    return range_of(joint.position).width() > std::max(least_move(joint), 4 * noise_of(joint.position));
+  }
+
+  // Positions that stand alone.
+  void lone_samples(const MeasuredLog& log, const std::string& quantity, const std::vector<double>& x, double least) {
+    constexpr double kMostShare = 0.05;
+    const std::vector<size_t> found = lone_samples_of(x, least);
+    if (found.empty() || static_cast<double>(found.size()) > kMostShare * static_cast<double>(x.size())) return;
+    lone(log, quantity, found);
+  }
+  void lone(const MeasuredLog& log, const std::string& quantity, const std::vector<size_t>& found) {
+    for (const size_t i : found) {
+      spoil({log.time[i > 0 ? i - 1 : i], log.time[std::min(i + 1, log.samples() - 1)]}, "glitches");
+    }
+    find({.severity = FindingSeverity::kWarning,
+          .kind = "glitches",
+          .line = log.line[found.front()],
+          .column = quantity,
+          .span = {log.time[found.front()], log.time[found.back()]},
+          .text = fmt::format("{} of {} are far from all around them, the first at {:.4g} s", found.size(),
+                              counted(log.samples(), "sample"), log.time[found.front()]),
+          .fix = "windows that touch them are left out; remove or correct these lines"});
+  }
+
+  // Values that stay the same to the last digit, and then jump: a slower sensor's, or of one that lost its target.
+  void held(const MeasuredLog& log, const std::string& quantity, const std::vector<double>& x) {
+    constexpr size_t kLeastRun = 3;
+    constexpr double kSteps = 8, kOfWidth = 0.01, kPervasive = 0.3;
+    const double jump = std::max(kSteps * step_of(x), kOfWidth * range_of(x).width());
+    if (jump == 0) return;
+    std::vector<TimeSpan> spans;
+    size_t count = 0, line = 0;
+    for (size_t from = 0; from + 1 < x.size();) {
+      size_t last = from;
+      while (last + 1 < x.size() && x[last + 1] == x[from]) ++last;
+      if (last - from + 1 >= kLeastRun && last + 1 < x.size() && std::abs(x[last + 1] - x[last]) > jump) {
+        if (spans.empty()) line = log.line[from];
+        spans.push_back({log.time[from], log.time[last + 1]});
+        count += last - from + 1;
+      }
+      from = last + 1;
+    }
+    if (spans.empty()) return;
+    const bool pervasive = static_cast<double>(count) > kPervasive * static_cast<double>(x.size());
+    if (!pervasive) {
+      for (const TimeSpan& span : spans) spoil(span, "held");
+    }
+    find({.severity = FindingSeverity::kWarning,
+          .kind = "held",
+          .line = line,
+          .column = quantity,
+          .span = {spans.front().from, spans.back().to},
+          .text = fmt::format("{} of {} repeat the one before, and jump then, first from {:.4g} to {:.4g} s", count,
+                              counted(x.size(), "sample"), spans.front().from, spans.front().to),
+          .fix = pervasive ? "log each value when it is measured, or keep only the lines with a new one"
+                           : "windows that touch them are left out"});
+  }
+
   // Position and velocity say the same motion.
   void rates(const MeasuredLog& log, const MeasuredJoint& joint) {
     if (joint.velocity.empty()) return;
@@ -418,11 +605,20 @@ class Checker {
           "rad/s",
           joint_name(joint), slope.slope, name);
       finding.fix = "give angle = \"deg\" and angular_velocity = \"rad/s\" in [units]";
+      if (log.joints.size() > 1) {
+        finding.fix += fmt::format("; if no other is in degrees, \"{}\" = 0.0174533 in [scale]", joint_name(joint));
+      }
     } else if (hinge && near(kDegree)) {
       finding.kind = "degrees";
       finding.text = fmt::format("'{}' changes by {:.3g} times '{}': the velocity is in deg/s and the position in rad",
                                  joint_name(joint), slope.slope, name);
       finding.fix = "give angular_velocity = \"deg/s\" in [units]";
+    } else if (hinge && near(2 * M_PI / 60)) {
+      finding.severity = FindingSeverity::kWarning;
+      finding.kind = "velocity scale";
+      finding.text = fmt::format("'{}' changes by {:.3g} times '{}': the velocity is in revolutions a minute",
+                                 joint_name(joint), slope.slope, name);
+      finding.fix = "give angular_velocity = \"rpm\" in [units]";
     } else if (std::abs(slope.slope - 1) > kFar) {
       finding.severity = FindingSeverity::kWarning;
       finding.kind = "velocity scale";
@@ -565,7 +761,9 @@ class Checker {
 
   void dynamics(const MeasuredLog& log) {
     if (!balancer_.fits(log)) return;
-    const bool torques = log.has_torque();
+    if (std::ranges::none_of(log.joints, [&](const MeasuredJoint& joint) { return moves(joint); })) return;
+    const bool pd = config_.law == DriveLaw::kPd && !log.has_torque();
+    const bool torques = log.has_torque() || pd;
     const std::vector<Balance> balances = balancer_.balances(log, 1);
     std::vector<Explained> as_given;
     for (const Balance& balance : balances) as_given.push_back(explained(balance, torques));
@@ -573,29 +771,32 @@ class Checker {
     const bool known = std::ranges::any_of(
         out_.findings, [&](const LogFinding& finding) { return finding.kind == "degrees" && finding.log == log.name; });
     if (known || degrees(log, as_given, torques)) return;
+    if (another_reading(log, balances)) return;
     constexpr double kErrors = 4, kShare = 0.4;
     for (size_t j = 0; j < balances.size(); ++j) {
       const Explained& joint = as_given[j];
       const std::string& name = joint_name(log.joints[j]);
-      if (joint.spans == 0 || joint.share < kShare) continue;
+      if (joint.spans == 0 || joint.share < kShare || !moves(log.joints[j])) continue;
+      const std::string quantity = name + (pd ? ".target" : ".torque");
+      const char* what = pd ? "what the drive's gains make of " : "";
       if (torques && joint.gain + kErrors * joint.gain_error < 0) {
-        find(
-            {.severity = FindingSeverity::kWrong,
-             .kind = "torque sign",
-             .column = name + ".torque",
-             .text = fmt::format("the motion goes best with {:.3g} times '{}.torque' (standard error {:.2g}): its sign "
-                                 "is wrong",
-                                 joint.gain, name, joint.gain_error),
-             .fix = fmt::format("give \"{}.torque\" = -1 in [scale], or -1 for \"{}\" if the position is flipped", name,
-                                name)});
+        find({.severity = FindingSeverity::kWrong,
+              .kind = "torque sign",
+              .column = quantity,
+              .text = fmt::format(
+                  "the motion goes best with {:.3g} times {}'{}' (standard error {:.2g}): its sign is wrong",
+                  joint.gain, what, quantity, joint.gain_error),
+              .fix = fmt::format("give \"{}\" = -1 in [scale], or -1 for \"{}\" if the position is flipped", quantity,
+                                 name)});
       } else if (torques && (joint.gain - kErrors * joint.gain_error > 4 ||
                              (joint.gain + kErrors * joint.gain_error < 0.25 && joint.gain > 0))) {
         find({.severity = FindingSeverity::kWarning,
               .kind = "torque scale",
-              .column = name + ".torque",
-              .text = fmt::format("the motion goes best with {:.3g} times '{}.torque' (standard error {:.2g})",
-                                  joint.gain, name, joint.gain_error),
-              .fix = "give its unit in [units], or the gear in [scale], or correct the masses of the model"});
+              .column = quantity,
+              .text = fmt::format("the motion goes best with {:.3g} times {}'{}' (standard error {:.2g})", joint.gain,
+                                  what, quantity, joint.gain_error),
+              .fix = pd ? "correct the gains in [drive], or the masses of the model"
+                        : "give its unit in [units], or the gear in [scale], or correct the masses of the model"});
       }
       if (joint.weight + kErrors * joint.weight_error < 0) {
         find({.severity = FindingSeverity::kWrong,
@@ -609,6 +810,80 @@ class Checker {
       }
     }
     hands(log, balances);
+  }
+
+  // Whether the model moves so with a joint's axis turned around, with two joints exchanged, or with an angle that is
+  // measured against the world.
+  bool another_reading(const MeasuredLog& log, const std::vector<Balance>& balances) {
+    constexpr size_t kMostJoints = 6, kMostSamples = 20'000;
+    constexpr double kFits = 0.15, kGood = 0.35, kBetter = 0.5;  // of misfit_of(); times
+    const size_t joints = log.joints.size();
+    const std::optional<double> given = misfit_of(balances);
+    if (!given || *given < kFits || joints < 2 || joints > kMostJoints || log.samples() > kMostSamples) return false;
+    LogFinding best;
+    double least = std::min(kGood, kBetter * *given);
+    const auto attempt = [&](const auto& change, LogFinding finding) {
+      MeasuredLog read = log;
+      change(read.joints);
+      const std::optional<double> misfit = misfit_of(balancer_.balances(read, 1));
+      if (!misfit || *misfit >= least) return;
+      least = *misfit;
+      finding.severity = FindingSeverity::kWrong;
+      finding.text +=
+          fmt::format(" (left over: {:.0f} % of the torques in place of {:.0f} %)", 100 * *misfit, 100 * *given);
+      best = std::move(finding);
+    };
+    const auto slide = [&](size_t j) { return model_.joints[log.joints[j].joint].is_slide(); };
+    for (size_t j = 0; j < joints; ++j) {
+      const std::string& name = joint_name(log.joints[j]);
+      attempt(
+          [&](std::vector<MeasuredJoint>& read) {
+            for (auto* values : {&read[j].position, &read[j].torque, &read[j].target}) {
+              for (double& value : *values) value = -value;
+            }
+          },
+          {.kind = "flipped axis",
+           .column = name,
+           .text = fmt::format("the robot moves so with '{}' the other way round", name),
+           .fix = fmt::format(
+               "give -1 for \"{}\" and each of its other columns in [scale], or turn its axis in the model", name)});
+      for (size_t k = j + 1; k < joints; ++k) {
+        if (slide(j) != slide(k)) continue;
+        const std::string& other = joint_name(log.joints[k]);
+        attempt(
+            [&](std::vector<MeasuredJoint>& read) {
+              std::swap(read[j].position, read[k].position);
+              std::swap(read[j].torque, read[k].torque);
+              std::swap(read[j].target, read[k].target);
+            },
+            {.kind = "exchanged",
+             .column = name,
+             .text = fmt::format("the robot moves so with '{}' and '{}' exchanged", name, other),
+             .fix = "exchange their columns in [columns]"});
+        attempt([&](std::vector<MeasuredJoint>& read) { std::swap(read[j].torque, read[k].torque); },
+                {.kind = "exchanged",
+                 .column = name + ".torque",
+                 .text = fmt::format("the robot moves so with the torques of '{}' and '{}' exchanged", name, other),
+                 .fix = "exchange their columns in [columns]"});
+      }
+      const int parent = model_.bodies[model_.joints[log.joints[j].joint].body].parent;
+      if (slide(j) || parent == kWorld) continue;
+      for (size_t k = 0; k < joints; ++k) {
+        if (log.joints[k].joint != model_.bodies[parent].joint || slide(k)) continue;
+        attempt(
+            [&](std::vector<MeasuredJoint>& read) {
+              for (size_t i = 0; i < log.samples(); ++i) read[j].position[i] -= log.joints[k].position[i];
+            },
+            {.kind = "absolute angle",
+             .column = name,
+             .text = fmt::format("the robot moves so with '{}' less '{}': it is measured against the world", name,
+                                 joint_name(log.joints[k])),
+             .fix = "log the angle between the two links"});
+      }
+    }
+    if (best.kind.empty()) return false;
+    find(std::move(best));
+    return true;
   }
 
   // Whether the angles make sense only as degrees.
@@ -648,7 +923,7 @@ class Checker {
       const Balance& balance = balances[j];
       const size_t n = balance.time.size();
       constexpr size_t kLeast = 12;
-      if (n < kLeast) continue;
+      if (n < kLeast || !moves(log.joints[j])) continue;
       const std::vector<double> outside = outside_torque(balance);
       // the inertia that turns with the joint, to compare its work with the energy of the motion
       const Slope inertia = inertia_of(log, j);
@@ -784,6 +1059,49 @@ class Checker {
     return flight;
   }
 
+  // Poses that stand alone, that are held, or that never change.
+  void poses(const MeasuredLog& log, const MeasuredBody& body) {
+    constexpr double kOfWay = 0.05, kLeastWay = 2e-3, kLeastTurn = 2 * kDegree;
+    const std::string& name = model_.bodies[body.body].name;
+    std::array<std::vector<double>, 3> x;
+    double way = 0, turn = 0;
+    for (int k = 0; k < 3; ++k) {
+      for (const Vec3& p : body.p_WB) x[k].push_back(p[k]);
+      way = std::max(way, range_of(x[k]).width());
+    }
+    for (const Quat& q : body.q_WB) turn = std::max(turn, q.angularDistance(body.q_WB.front()));
+    if (way < kLeastWay && turn < kLeastTurn) {
+      const TimeSpan all{log.time.front(), log.time.back()};
+      spoil(all, "rest");
+      if (++resting_logs_ > kMostOfAKind) return;
+      find({.severity = FindingSeverity::kWarning,
+            .kind = "rest",
+            .line = log.line.front(),
+            .column = name,
+            .span = all,
+            .text =
+                fmt::format("'{}' moves by {} and {:.2g} deg at most", name, quantity_text(way, "m"), turn / kDegree),
+            .fix = "it tells nothing and is left out; log a motion"});
+      return;
+    }
+    for (int k = 0; k < 3; ++k) {
+      const std::string quantity = name + "." + "xyz"[k];
+      lone_samples(log, quantity, x[k], kOfWay * way);
+    }
+    std::vector<size_t> lone_turns;
+    constexpr double kLeast = 0.3, kBack = 0.3, kAround = 0.2;  // rad; shares of it
+    const auto angle = [&](size_t i, size_t j) { return body.q_WB[i].angularDistance(body.q_WB[j]); };
+    for (size_t i = 2; i + 2 < log.samples(); ++i) {
+      const double there = std::min(angle(i - 1, i), angle(i, i + 1));
+      if (there <= kLeast || angle(i - 1, i + 1) > kBack * there) continue;
+      if (std::max(angle(i - 2, i - 1), angle(i + 1, i + 2)) < kAround * there) lone_turns.push_back(i);
+    }
+    if (!lone_turns.empty()) lone(log, name + ".qw", lone_turns);
+    const auto widest =
+        std::ranges::max_element(x, {}, [](const std::vector<double>& values) { return range_of(values).width(); });
+    held(log, name + "." + "xyz"[widest - x.begin()], *widest);
+  }
+
   // Flattened, for slopes.
   template <typename Get>
   static std::vector<double> flat(size_t n, const Get& get) {
@@ -843,6 +1161,106 @@ class Checker {
       spin.linear += weight * linear.explained;
     }
     free_fall(log, body, flight);
+    constexpr double kStill = 0.05, kOfGravity = 0.2;  // m/s; of what is at rest on something
+    for (size_t i = 0; i < n; ++i) {
+      if (flight.velocity[i].norm() < kStill && flight.acceleration[i].norm() < kOfGravity * model_.gravity.norm()) {
+        resting_[body.body].emplace_back(number_, i);
+      }
+    }
+  }
+
+  // Whether free bodies are where they can be: not deep in the world's shapes, nor at rest above them.
+  void places() {
+    number_ = logs_.size();
+    const auto known = [&](const std::string& name) {
+      return std::ranges::any_of(out_.findings, [&](const LogFinding& finding) {
+        return finding.column.starts_with(name + ".") &&
+               (finding.kind == "length unit" || finding.kind == "flipped axis" || finding.kind == "quaternion order");
+      });
+    };
+    for (const auto& [body, spin] : spins_) {
+      if (!known(model_.bodies[body].name)) place_of(body);
+    }
+  }
+  void place_of(int body) {
+    std::vector<int> pairs;
+    bool planes = true;
+    for (size_t p = 0; p < model_.contacts.size(); ++p) {
+      const Shape &a = model_.shapes[model_.contacts[p].shape_a], &b = model_.shapes[model_.contacts[p].shape_b];
+      if (!((a.body == kWorld && b.body == body) || (b.body == kWorld && a.body == body))) continue;
+      pairs.push_back(static_cast<int>(p));
+      planes = planes && (a.body == kWorld ? a : b).type == ShapeType::kPlane;
+    }
+    if (pairs.empty()) return;
+    const Separations separations(model_);
+    if (!separations.has_all()) return;
+    const Body& own = model_.bodies[body];
+    const double size = std::sqrt(2 * own.I_BBcm_B.trace() / own.mass);  // the side of a cube of this inertia
+    State state = model_.initial;
+    const auto clearance = [&](const Vec3& p_WB, const Quat& q_WB) {
+      state.bodies[body].q_WB = q_WB;
+      state.bodies[body].p_WBcm = p_WB + q_WB * own.p_BBcm;
+      double least = std::numeric_limits<double>::infinity();
+      for (const int pair : pairs) least = std::min(least, separations.of(pair, state));
+      return least;
+    };
+    // as given, with the columns of w, x, y, z as x, y, z, w, and turned the other way
+    constexpr double kDeep = 0.1, kShare = 0.1, kBetter = 0.25;  // of the size; of the samples; times
+    constexpr size_t kSamples = 20'000;
+    std::array<size_t, 3> deep{};
+    size_t count = 0, all = 0;
+    for (const MeasuredLog& log : logs_) all += log.body(body) == nullptr ? 0 : log.samples();
+    double deepest = 0;
+    for (const MeasuredLog& log : logs_) {
+      const MeasuredBody* measured = log.body(body);
+      if (measured == nullptr) continue;
+      for (size_t i = 0; i < log.samples(); i += 1 + all / kSamples) {
+        const Vec3& p = measured->p_WB[i];
+        const Quat& q = measured->q_WB[i];
+        const std::array<double, 3> above = {clearance(p, q), clearance(p, Quat(q.z(), q.w(), q.x(), q.y())),
+                                             clearance(p, q.conjugate())};
+        for (size_t k = 0; k < above.size(); ++k) deep[k] += static_cast<size_t>(above[k] < -kDeep * size);
+        deepest = std::max(deepest, -above[0]);
+        ++count;
+      }
+    }
+    const auto share = [&](size_t k) { return static_cast<double>(deep[k]) / static_cast<double>(count); };
+    const std::string fix =
+        "correct what x, y, z are of ([frames] point, [offset]), or the height of the ground in the model";
+    if (count > 0 && share(0) > kShare) {
+      LogFinding finding{.severity = FindingSeverity::kWrong, .kind = "inside", .column = own.name + ".z"};
+      finding.text = fmt::format("'{}' is up to {} deep in the world's shapes, in {:.0f} % of the samples far",
+                                 own.name, quantity_text(deepest, "m"), 100 * share(0));
+      finding.fix = fix;
+      for (const size_t k : {1, 2}) {
+        if (share(k) > kBetter * share(0)) continue;
+        finding.kind = "quaternion order";
+        finding.column = own.name + ".qw";
+        finding.text += k == 1 ? ", and is not where the columns of qw, qx, qy, qz have x, y, z, w"
+                               : ", and is not where its rotation is turned the other way";
+        finding.fix = k == 1 ? "name the column of each of qw, qx, qy, qz in [columns]"
+                             : "give the rotation from the body to the world: -1 for qx, qy and qz in [scale]";
+        break;
+      }
+      find(std::move(finding));
+      return;
+    }
+    // at rest on nothing
+    constexpr size_t kLeastResting = 20;
+    std::vector<double> heights;
+    for (const auto& [log, i] : resting_[body]) {
+      if (heights.size() >= kSamples) break;
+      const MeasuredBody& measured = *logs_[log].body(body);
+      heights.push_back(clearance(measured.p_WB[i], measured.q_WB[i]));
+    }
+    if (!planes || heights.size() < kLeastResting) return;
+    if (const double height = median_of(heights); height > kDeep * size) {
+      find({.severity = FindingSeverity::kWarning,
+            .kind = "floats",
+            .column = own.name + ".z",
+            .text = fmt::format("'{}' rests {} above the world's shapes", own.name, quantity_text(height, "m")),
+            .fix = fix});
+    }
   }
 
   // Accelerations of the first third of a motion, before most of its contacts.
@@ -999,6 +1417,111 @@ class Checker {
     }
   }
 
+  // What some logs have and others do not, or none has.
+  void missing() {
+    number_ = logs_.size();
+    const auto names_of = [](const std::vector<std::string>& all) {
+      constexpr size_t kMost = 5;
+      std::vector<std::string> some(all.begin(),
+                                    all.begin() + static_cast<std::ptrdiff_t>(std::min(all.size(), kMost)));
+      if (all.size() > kMost) some.push_back(fmt::format("{} more", all.size() - kMost));
+      return join(some, ", ");
+    };
+    const DriveLaw law = drive_law(logs_, config_);
+    std::vector<std::string> unlogged, undriven;
+    bool driven = false;
+    for (size_t j = 0; j < model_.joints.size(); ++j) {
+      const std::string& name = model_.joints[j].name;
+      const bool follows = std::ranges::any_of(
+          model_.couplings, [&](const Coupling& coupling) { return coupling.joint == static_cast<int>(j); });
+      std::vector<std::string> without, without_drive;
+      size_t with = 0, with_drive = 0;
+      for (const MeasuredLog& log : logs_) {
+        const MeasuredJoint* joint = log.joint(static_cast<int>(j));
+        if (joint == nullptr) {
+          without.push_back(log.name);
+          continue;
+        }
+        ++with;
+        const bool has = law == DriveLaw::kPd ? !joint->target.empty() : !joint->torque.empty();
+        if (has) {
+          ++with_drive;
+        } else {
+          without_drive.push_back(log.name);
+        }
+      }
+      if (with == 0) {
+        if (!follows) unlogged.push_back(name);
+        continue;
+      }
+      if (!without.empty()) {
+        find({.severity = FindingSeverity::kWrong,
+              .kind = "missing",
+              .column = name,
+              .text = fmt::format("'{}' is not in {}, and in other logs: there it would start where the model has it",
+                                  name, names_of(without)),
+              .fix = "give its column, or leave these logs out"});
+      }
+      if (law == DriveLaw::kNone) continue;
+      driven = driven || with_drive > 0;
+      if (with_drive == 0) {
+        undriven.push_back(name);
+      } else if (!without_drive.empty()) {
+        const std::string quantity = name + (law == DriveLaw::kPd ? ".target" : ".torque");
+        find({.severity = FindingSeverity::kWrong,
+              .kind = "drive",
+              .column = quantity,
+              .text = fmt::format("'{}' is not in {}, and in other logs: there nothing would drive the joint", quantity,
+                                  names_of(without_drive)),
+              .fix = "give its column, or leave these logs out"});
+      }
+    }
+    const bool joints = std::ranges::any_of(logs_, [](const MeasuredLog& log) { return !log.joints.empty(); });
+    if (joints && !unlogged.empty()) {
+      find({.severity = FindingSeverity::kWarning,
+            .kind = "missing",
+            .text = fmt::format("no log has {}: each window starts where the model has {}, at rest", names_of(unlogged),
+                                unlogged.size() == 1 ? "it" : "them"),
+            .fix = "give the columns, or fix these joints in the model"});
+    }
+    if (driven && !undriven.empty()) {
+      find(
+          {.severity = FindingSeverity::kRemark,
+           .kind = "drive",
+           .text = fmt::format("no log has the {} of {}: nothing drives {}", law == DriveLaw::kPd ? "target" : "torque",
+                               names_of(undriven), undriven.size() == 1 ? "it" : "them")});
+    }
+  }
+
+  // Logs of the same samples: one of them would judge what was fitted to the other.
+  void copies() {
+    const auto same = [](const MeasuredLog& a, const MeasuredLog& b) {
+      if (a.samples() != b.samples() || a.joints.size() != b.joints.size() || a.bodies.size() != b.bodies.size()) {
+        return false;
+      }
+      for (size_t i = 0; i < a.joints.size(); ++i) {
+        if (a.joints[i].position != b.joints[i].position) return false;
+      }
+      for (size_t i = 0; i < a.bodies.size(); ++i) {
+        if (a.bodies[i].p_WB != b.bodies[i].p_WB) return false;
+      }
+      return true;
+    };
+    size_t found = 0;
+    for (number_ = 0; number_ < logs_.size(); ++number_) {
+      const MeasuredLog& log = logs_[number_];
+      if (log.samples() < kLeastSamples) continue;
+      const auto earlier = std::ranges::find_if(logs_.begin(), logs_.begin() + static_cast<std::ptrdiff_t>(number_),
+                                                [&](const MeasuredLog& other) { return same(log, other); });
+      if (earlier == logs_.begin() + static_cast<std::ptrdiff_t>(number_) || ++found > kMostOfAKind) continue;
+      find({.severity = FindingSeverity::kRemark,
+            .kind = "copy",
+            .text = fmt::format("it has the samples of '{}'", earlier->name),
+            .fix = "give it once: a log that is fitted to judges nothing"});
+    }
+    number_ = logs_.size();
+  }
+
   void whole() {
     number_ = logs_.size();
     const DriveLaw law = drive_law(logs_, config_);
@@ -1017,18 +1540,47 @@ class Checker {
               .fix = "name the columns of the targets, JOINT.target in [columns]"});
       }
     }
+    const bool targets = std::ranges::any_of(logs_, [](const MeasuredLog& log) {
+      return std::ranges::any_of(log.joints, [](const MeasuredJoint& joint) { return !joint.target.empty(); });
+    });
+    if (!config_.law && law == DriveLaw::kNone && targets) {
+      find({.severity = FindingSeverity::kWrong,
+            .kind = "drive",
+            .text = "the logs have targets, and no gains are given, so nothing drives the robot",
+            .fix = "give law = \"pd\" with stiffness and damping in [drive], or law = \"none\""});
+    }
     if (!config_.law && law == DriveLaw::kNone &&
         std::ranges::any_of(logs_, [](const MeasuredLog& log) { return log.has_torque(); })) {
-      find({.severity = FindingSeverity::kWarning,
+      find({.severity = FindingSeverity::kWrong,
             .kind = "drive",
             .text = "some logs have torques and others none, so nothing drives the robot",
             .fix = "give law = \"torque\" or \"none\" in [drive]"});
     }
-    if (logs_.size() == 1) {
+    const bool motions = config_.whole_motions.value_or(!model_.contacts.empty());
+    if (logs_.size() == 1 && motions) {
+      find({.severity = FindingSeverity::kWrong,
+            .kind = "one log",
+            .text = "there is one motion, and a fit has to be judged by another one",
+            .fix = "give more logs, or the column that tells motions apart, 'motion' in [columns]"});
+    } else if (logs_.size() == 1) {
       find({.severity = FindingSeverity::kWarning,
             .kind = "one log",
             .text = "there is one log, so what is held out is its last third",
             .fix = "give several logs: a fit that is tried on its own log says little"});
+    }
+    const bool timed =
+        std::ranges::none_of(out_.findings, [](const LogFinding& finding) { return finding.kind == "time unit"; });
+    if (timed) windows();
+  }
+
+  // Whether anything is left to be fitted to.
+  void windows() {
+    try {
+      static_cast<void>(Windows(model_, logs_, config_, out_));
+    } catch (const InputError& error) {
+      find({.severity = FindingSeverity::kWrong,
+            .kind = "windows",
+            .text = fmt::format("nothing can be fitted to them: {}", error.what())});
     }
   }
 
@@ -1049,6 +1601,8 @@ class Checker {
   std::map<int, Spin> spins_;
   std::map<int, std::vector<Vec3>> falls_;
   std::vector<size_t> grounded_;
+  std::map<int, std::vector<std::pair<size_t, size_t>>> resting_;  // by body: log and sample
+  size_t resting_logs_ = 0;
 };
 
 }  // namespace

@@ -61,6 +61,9 @@ struct LogCheck {
 
 LogCheck check_logs(const Model& model, const MatchConfig& config, const std::vector<MeasuredLog>& logs);
 
+// "run, line 17: 'knee' ...; fix"
+std::string finding_text(const LogFinding& finding);
+
 // What was found, in words; the same as {"logs", "findings", "spoiled"}.
 Answer check_answer(const LogCheck& check);
 nlohmann::ordered_json check_json(const LogCheck& check);

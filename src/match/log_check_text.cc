@@ -22,16 +22,6 @@ std::string place_text(const LogFinding& finding) {
   return fmt::format("{}, line {}", finding.log, finding.line);
 }
 
-std::string finding_text(const LogFinding& finding) {
-  std::string text = place_text(finding) + ": ";
-  // a text that names the quantity need not be told it
-  if (!finding.column.empty() && finding.text.find("'" + finding.column + "'") == std::string::npos) {
-    text += fmt::format("'{}': ", finding.column);
-  }
-  text += finding.text;
-  return finding.fix.empty() ? text : fmt::format("{}; {}", text, finding.fix);
-}
-
 double spoiled_share(const LogCheck& check, size_t log) {
   if (check.logs[log].duration <= 0) return 0;
   std::vector<TimeSpan> spans;
@@ -51,6 +41,16 @@ double spoiled_share(const LogCheck& check, size_t log) {
 }
 
 }  // namespace
+
+std::string finding_text(const LogFinding& finding) {
+  std::string text = place_text(finding) + ": ";
+  // a text that names the quantity need not be told it
+  if (!finding.column.empty() && finding.text.find("'" + finding.column + "'") == std::string::npos) {
+    text += fmt::format("'{}': ", finding.column);
+  }
+  text += finding.text;
+  return finding.fix.empty() ? text : fmt::format("{}; {}", text, finding.fix);
+}
 
 Answer check_answer(const LogCheck& check) {
   Answer answer;

@@ -154,6 +154,25 @@ char delimiter_of(std::string_view header) {
   return at == std::string_view::npos ? ',' : header[at];
 }
 
+// Whether the line may be a row of numbers under a header that is a comment.
+bool has_number(const std::vector<std::string_view>& fields) {
+  return std::ranges::any_of(fields, [](std::string_view field) { return parse_number(field).has_value(); });
+}
+
+// What to do about a field that is no number.
+std::string fix_of_field(std::string_view field) {
+  std::string pointed(field);
+  std::ranges::replace(pointed, ',', '.');
+  if (field.find(',') != std::string_view::npos && parse_number(pointed)) {
+    return fmt::format("write decimals with a point, as in {}", pointed);
+  }
+  constexpr std::string_view kDigits = "0123456789";
+  if (field.find(':') != std::string_view::npos && kDigits.find(field.front()) != std::string_view::npos) {
+    return "write times as one number of seconds, or of the unit that [units] gives";
+  }
+  return "remove the line";
+}
+
 // A field as a message shows it.
 std::string shown(std::string_view field) {
   constexpr size_t kMost = 40;
@@ -201,36 +220,55 @@ LogTable parse_csv_table(const std::string& text, const std::string& path, const
   std::vector<double> row;
   std::string unquoted;
   char delimiter = ',';
+  const auto begin = [&](std::string_view header, size_t number) {
+    delimiter = delimiter_of(header);
+    split(header, delimiter, fields, unquoted);
+    if (fields.size() > kMostLogColumns) {
+      throw InputError(
+          fmt::format("{}:{}: the header has more than {} columns: leave out those that are no "
+                      "measurements",
+                      path, number, kMostLogColumns));
+    }
+    names.assign(fields.begin(), fields.end());
+    if (std::ranges::all_of(fields, [](std::string_view field) { return parse_number(field).has_value(); })) {
+      throw InputError(
+          fmt::format("{}:{}: the first line has numbers where names of columns should be: begin with "
+                      "a header, as in time,knee,knee.torque",
+                      path, number));
+    }
+    if (names.size() == 1 && names.front().find(' ') != std::string::npos) {
+      throw InputError(
+          fmt::format("{}:{}: the header '{}' has no comma, semicolon or tab: separate the columns by one of them, as "
+                      "in time,knee,knee.torque",
+                      path, number, shown(names.front())));
+    }
+    refuse_repeated(names, path, number);
+    selection = select(names);
+    table.numbers.resize(selection.numbers.size());
+    row.resize(selection.numbers.size());
+  };
   std::string_view rest = text;
   constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
   if (rest.starts_with(kByteOrderMark)) rest.remove_prefix(kByteOrderMark.size());
+  const char line_end = rest.find('\n') == std::string_view::npos ? '\r' : '\n';
+  std::string_view comment;  // the last one above the rows
+  size_t comment_line = 0;
   for (size_t number = 1; !rest.empty(); ++number) {
-    const size_t end = rest.find('\n');
-    std::string_view line = trimmed(rest.substr(0, end));
+    const size_t end = rest.find(line_end);
+    const std::string_view line = trimmed(rest.substr(0, end));
     rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
     if (line.empty()) continue;
-    if (names.empty()) {
-      if (line.front() == '#') line = trimmed(line.substr(1));  // as numpy.savetxt() writes headers
-      delimiter = delimiter_of(line);
-      split(line, delimiter, fields, unquoted);
-      if (fields.size() > kMostLogColumns) {
-        throw InputError(
-            fmt::format("{}:{}: the header has more than {} columns: leave out those that are no "
-                        "measurements",
-                        path, number, kMostLogColumns));
-      }
-      names.assign(fields.begin(), fields.end());
-      if (std::ranges::all_of(fields, [](std::string_view field) { return parse_number(field).has_value(); })) {
-        throw InputError(
-            fmt::format("{}:{}: the first line has numbers where names of columns should be: begin with "
-                        "a header, as in time,knee,knee.torque",
-                        path, number));
-      }
-      refuse_repeated(names, path, number);
-      selection = select(names);
-      table.numbers.resize(selection.numbers.size());
-      row.resize(selection.numbers.size());
+    if (line.front() == '#') {
+      if (names.empty()) comment = trimmed(line.substr(1)), comment_line = number;
       continue;
+    }
+    if (names.empty()) {
+      split(line, delimiter_of(line), fields, unquoted);
+      if (comment.empty() || !has_number(fields)) {
+        begin(line, number);
+        continue;
+      }
+      begin(comment, comment_line);  // as numpy.savetxt() writes headers
     }
     split(line, delimiter, fields, unquoted);
     if (fields.size() != names.size()) {
@@ -245,7 +283,7 @@ LogTable parse_csv_table(const std::string& text, const std::string& path, const
       const auto value = parse_number(fields[column]);
       if (!value) {
         faults.add(number, names[column], fmt::format("'{}' is no finite number", shown(fields[column])),
-                   "remove the line: no window goes over the gap that it leaves");
+                   fix_of_field(fields[column]));
         fine = false;
         break;
       }
@@ -257,6 +295,7 @@ LogTable parse_csv_table(const std::string& text, const std::string& path, const
     if (selection.motion) table.motion.emplace_back(fields[*selection.motion]);
     table.line.push_back(number);
   }
+  if (names.empty() && !comment.empty()) begin(comment, comment_line);
   if (names.empty()) {
     throw InputError(fmt::format("the log '{}' is empty: begin with a header, as in time,knee,knee.torque", path));
   }

@@ -18,6 +18,7 @@
 #include "base/text.h"
 #include "base/write_file.h"
 #include "load/model_mjcf.h"
+#include "load/model_urdf.h"
 #include "match/optimiser.h"
 #include "run/coordinator/pool.h"
 
@@ -92,7 +93,7 @@ MeasuredLog part_of(const MeasuredLog& log, size_t from, size_t to, const std::s
   part.time = cut(log.time), part.line = cut(log.line);
   for (const MeasuredJoint& joint : log.joints) {
     part.joints.push_back(
-        {joint.joint, cut(joint.position), cut(joint.velocity), cut(joint.torque), cut(joint.target)});
+        {joint.joint, cut(joint.position), cut(joint.velocity), cut(joint.torque), cut(joint.target), {}});
   }
   for (const MeasuredBody& body : log.bodies) {
     part.bodies.push_back({body.body, cut(body.p_WB), cut(body.q_WB), cut(body.v_WB), cut(body.w_WB)});
@@ -103,6 +104,13 @@ MeasuredLog part_of(const MeasuredLog& log, size_t from, size_t to, const std::s
   }
   return part;
 }
+
+bool whole_motions(const MatchQuestion& question) {
+  return question.config.whole_motions.value_or(!question.model.contacts.empty());
+}
+
+// Samples of the median where nobody says: motion of --like has no glitches.
+int plain_median(const MatchQuestion& question) { return question.like.empty() ? MatchConfig().torque_median : 1; }
 
 // What a contender's result depends on; the engine's part of the program is in it, the coordinator's is not.
 std::string key_of(const MatchQuestion& question, const std::string& contender) {
@@ -134,6 +142,16 @@ std::string key_of(const MatchQuestion& question, const std::string& contender) 
   }
   for (const auto& [joint, gain] : config.stiffness) text += fmt::format(" kp:{}={}", joint, gain);
   for (const auto& [joint, gain] : config.damping) text += fmt::format(" kd:{}={}", joint, gain);
+  // only what differs from a configuration without it, so that the keys of other questions stay
+  MatchConfig plain = config;
+  plain.law.reset();
+  if (const DriveLaw law = drive_law(question.logs, config); law != drive_law(question.logs, plain)) {
+    text += fmt::format(" law:{}", static_cast<int>(law));
+  }
+  if (config.torque_median != plain_median(question)) text += fmt::format(" median:{}", config.torque_median);
+  if (const bool whole = whole_motions(question); whole != !question.model.contacts.empty()) {
+    text += fmt::format(" whole:{}", whole);
+  }
   return content_hash(text);
 }
 
@@ -230,6 +248,12 @@ class Matcher {
         folds_(folds_of(question)),
         scales_(motion_scales(question.model, question.logs, question.config)) {
     budget_ = question.budget > 0 ? question.budget : windows_.whole() ? kRoughBudget : kSmoothBudget;
+    bool judged = false;
+    for (const Fold& fold : folds_) {
+      if (windows_of(WindowUse::kFit, fold.training).empty()) refuse_unusable("to fit to", fold.training);
+      judged = judged || !windows_of(WindowUse::kReport, fold.held_out).empty();
+    }
+    if (!judged) refuse_unusable("that are held out", folds_.front().held_out);
   }
 
   MatchAnswer match() {
@@ -263,12 +287,29 @@ class Matcher {
   }
 
  private:
+  [[noreturn]] void refuse_unusable(const std::string& which, const std::vector<bool>& logs) const {
+    std::vector<std::string> names;
+    constexpr size_t kMost = 5;
+    for (size_t i = 0; i < logs.size() && names.size() <= kMost; ++i) {
+      if (logs[i]) names.push_back(names.size() < kMost ? question_.logs[i].name : "...");
+    }
+    throw InputError(fmt::format(
+        "the logs {} ({}) have {} that can be used: choose others in [held_out], or give more logs; assay match "
+        "--check says what spoils them",
+        which, join(names, ", "),
+        windows_.whole() ? "no motion" : fmt::format("no stretch of {:g} s", question_.config.fit_window_s)));
+  }
+
   Raw contender(const std::string& name) {
     Raw raw;
     raw.result.contender = name;
     const ResolvedContender resolved = Registry::instance().resolve(name);
     raw.result.parameters =
         choose_parameters(question_.model, resolved, question_.config.fit, scales_, raw.result.warnings);
+    if (raw.result.parameters.empty()) {
+      raw.result.failure = raw.result.warnings.empty() ? "nothing is to be fitted" : join(raw.result.warnings, "; ");
+      return raw;
+    }
     const std::string key = key_of(question_, name);
     const fs::path folder = question_.out;
     const fs::path kept = folder / "contenders" / (name + ".json");
@@ -594,7 +635,7 @@ class Matcher {
           "with = false",
           name, name));
     }
-    if (result.score.value > result.untuned_score.value) {
+    if (result.worse_than_untuned()) {
       result.warnings.push_back(
           fmt::format("the fit is worse on held-out logs ({:.3g}) than the model as it is ({:.3g}): do not use it",
                       result.score.value, result.untuned_score.value));
@@ -749,6 +790,11 @@ class Matcher {
 
 }  // namespace
 
+bool ContenderResult::worse_than_untuned() const {
+  constexpr double kEqual = 1e-3;  // of the error: what is only rounding, as where the fit has found the model's values
+  return score.value > (1 + kEqual) * untuned_score.value;
+}
+
 double ErrorFigures::score() const {
   double sum = joints_deg.value_or(0);
   if (position_percent) sum += 0.5 * (*position_percent + rotation_deg.value_or(0));
@@ -776,31 +822,112 @@ ErrorFigures mean_of(const std::vector<ErrorFigures>& all) {
   return mean;
 }
 
+namespace {
+
+// Whether URDF has a place for all that was fitted of the robot; what drives it and what it touches are no part of it.
+bool urdf_holds(const std::vector<RunChange>& changes) {
+  constexpr std::array kHeld = {ChangeKind::kDamping,     ChangeKind::kDryFriction, ChangeKind::kMass,
+                                ChangeKind::kInertia,     ChangeKind::kCentre,      ChangeKind::kEncoder,
+                                ChangeKind::kDelay,       ChangeKind::kGear,        ChangeKind::kDriveStiffness,
+                                ChangeKind::kDriveDamping};
+  return std::ranges::all_of(
+      changes, [&](const RunChange& change) { return std::ranges::find(kHeld, change.kind) != kHeld.end(); });
+}
+
+void write_urdf(const Model& fitted, const std::string& folder, const std::string& name) {
+  const std::string meshes = name + "-meshes";
+  WrittenUrdf urdf;
+  try {
+    urdf = model_urdf(fitted, meshes);
+  } catch (const InputError&) {
+    return;  // a robot with ball joints has no URDF
+  }
+  if (!urdf.meshes.empty()) make_own_folder((fs::path(folder) / meshes).string());
+  for (const WrittenUrdf::Mesh& mesh : urdf.meshes) write_file((fs::path(folder) / mesh.file).string(), mesh.stl);
+  write_file((fs::path(folder) / (name + ".urdf")).string(), urdf.text);
+}
+
+// Of a question with one log: its last third judges.
+MatchQuestion split_of(const MatchQuestion& question) {
+  MatchQuestion split = question;
+  const MeasuredLog& log = question.logs.front();
+  if (whole_motions(question)) {
+    throw InputError(
+        fmt::format("there is one motion, '{}', and a fit has to be judged by another one: give more logs", log.name));
+  }
+  const double share = std::clamp(question.config.held_out_share, 0.1, 0.9);
+  const double cut = log.time.front() + (1 - share) * (log.time.back() - log.time.front());
+  const auto at = static_cast<size_t>(std::ranges::lower_bound(log.time, cut) - log.time.begin());
+  if (at == 0 || at == log.samples()) {
+    throw InputError(fmt::format("the log '{}' has {}, of which nothing can be held out: give longer logs", log.name,
+                                 counted(log.samples(), "sample")));
+  }
+  split.logs = {part_of(log, 0, at, " (first part)"), part_of(log, at, log.samples(), " (last part)")};
+  split.config.held_out = {"* (last part)"};
+  split.config.leave_one_out = false;
+  for (const SpoiledSpan& spoiled : question.check.spoiled) {
+    if (spoiled.span.to > cut) split.check.spoiled.push_back({1, spoiled.span, spoiled.reason});
+  }
+  split.warnings.push_back(
+      fmt::format("there is one log, '{}': its last {:.0f} % judge what was fitted to the rest, which tells less "
+                  "than another log",
+                  log.name, 100 * share));
+  return split;
+}
+
+// What is said to drive the robot has to be in the logs.
+void check_drive(const MatchQuestion& question) {
+  const auto refuse = [](const MeasuredLog& log, const char* law, const char* what, const char* column) {
+    throw InputError(fmt::format(
+        "'{}' has no {}, and law = \"{}\" in [drive] asks for them: name their columns, {} in [columns], or "
+        "give law = \"none\"",
+        log.name, what, law, column));
+  };
+  for (const MeasuredLog& log : question.logs) {
+    if (log.joints.empty()) continue;
+    if (question.config.law == DriveLaw::kTorque && !log.has_torque()) {
+      refuse(log, "torque", "torques", "JOINT.torque");
+    }
+    if (question.config.law == DriveLaw::kPd &&
+        std::ranges::all_of(log.joints, [](const MeasuredJoint& joint) { return joint.target.empty(); })) {
+      refuse(log, "pd", "targets", "JOINT.target");
+    }
+  }
+}
+
+}  // namespace
+
+void check_question(const MatchQuestion& question, bool parameters_alone) {
+  const MotionScales scales = motion_scales(question.model, question.logs, question.config);
+  std::string why;
+  bool any = question.contenders.empty();
+  for (const std::string& name : question.contenders) {
+    std::vector<std::string> notes;
+    const bool some =
+        !choose_parameters(question.model, Registry::instance().resolve(name), question.config.fit, scales, notes)
+             .empty();
+    if (!some && !notes.empty()) why = notes.front();
+    any = any || some;
+  }
+  if (parameters_alone) return;
+  if (!any) throw InputError(fmt::format("no contender has a parameter to fit ({}): ask for others by --fit", why));
+  check_drive(question);
+  const std::function<void(const std::string&)> quiet;
+  const std::function<void(const MatchAnswer&)> nobody;
+  if (question.logs.size() > 1) {
+    static_cast<void>(Matcher(question, quiet, nobody));
+    return;
+  }
+  const MatchQuestion split = split_of(question);
+  static_cast<void>(Matcher(split, quiet, nobody));
+}
+
 MatchAnswer match(const MatchQuestion& question, const std::function<void(const std::string&)>& progress,
                   const std::function<void(const MatchAnswer&)>& so_far) {
   Optimiser::require_environment();
   if (question.logs.size() > 1) return Matcher(question, progress, so_far).match();
-  // one log: its last third judges
-  MatchQuestion split = question;
-  const MeasuredLog& log = question.logs.front();
-  if (!question.config.whole_motions.value_or(!question.model.contacts.empty())) {
-    const double share = std::clamp(question.config.held_out_share, 0.1, 0.9);
-    const double cut = log.time.front() + (1 - share) * (log.time.back() - log.time.front());
-    const auto at = static_cast<size_t>(std::ranges::lower_bound(log.time, cut) - log.time.begin());
-    split.logs = {part_of(log, 0, at, " (first part)"), part_of(log, at, log.samples(), " (last part)")};
-    split.config.held_out = {"* (last part)"};
-    split.config.leave_one_out = false;
-    for (const SpoiledSpan& spoiled : question.check.spoiled) {
-      if (spoiled.span.to > cut) split.check.spoiled.push_back({1, spoiled.span, spoiled.reason});
-    }
-    split.warnings.push_back(
-        fmt::format("there is one log, '{}': its last {:.0f} % judge what was fitted to the rest, which tells less "
-                    "than another log",
-                    log.name, 100 * share));
-    return Matcher(split, progress, so_far).match();
-  }
-  throw InputError(
-      fmt::format("there is one motion, '{}', and a fit has to be judged by another one: give more logs", log.name));
+  const MatchQuestion split = split_of(question);
+  return Matcher(split, progress, so_far).match();
 }
 
 std::string match_key(const MatchQuestion& question) {
@@ -812,15 +939,23 @@ std::string match_key(const MatchQuestion& question) {
 std::vector<std::string> write_fitted_models(const MatchQuestion& question, const MatchAnswer& answer,
                                              const std::string& folder) {
   std::vector<std::string> notes;
+  std::error_code error;
   for (const ContenderResult& result : answer.contenders) {
-    if (!result.failure.empty()) continue;
-    make_own_folder(folder);
-    const Model fitted = changed_model(question.model, parse_changes(result.changes));
-    try {
-      write_file((fs::path(folder) / (result.contender + ".xml")).string(), model_mjcf(fitted));
-    } catch (const InputError& error) {
-      notes.push_back(error.what());
+    const std::string path = (fs::path(folder) / result.contender).string();
+    fs::remove(path + ".urdf", error);  // of an earlier question
+    if (!result.failure.empty()) {
+      fs::remove(path + ".xml", error);
+      continue;
     }
+    make_own_folder(folder);
+    const std::vector<RunChange> changes = parse_changes(result.changes);
+    const Model fitted = changed_model(question.model, changes);
+    try {
+      write_file(path + ".xml", model_mjcf(fitted));
+    } catch (const InputError& problem) {
+      notes.push_back(problem.what());
+    }
+    if (urdf_holds(changes)) write_urdf(fitted, folder, result.contender);
   }
   return notes;
 }

@@ -82,6 +82,9 @@ struct ContenderResult {
   std::vector<std::string> warnings;
   double engine_s = 0;
   int evaluations = 0;
+
+  // Whether the fit explains held-out logs less well than the model as it is.
+  bool worse_than_untuned() const;
 };
 
 struct MatchAnswer {
@@ -96,13 +99,19 @@ struct MatchAnswer {
   std::vector<KeptLog> motion;     // to look at; empty as long as there is something to do, and where all have failed
 };
 
+// Throws InputError for what match() would refuse before it fits anything: logs without a usable stretch to fit to or
+// to judge by, a drive that they do not have, parameters or bounds that cannot be. With `parameters_alone` nothing is
+// asked of the logs.
+void check_question(const MatchQuestion& question, bool parameters_alone = false);
+
 // `progress` gets sentences, `so_far` the answer before each contender is fitted. Throws InputError, SystemError
 // (interrupted, a full disk).
 MatchAnswer match(const MatchQuestion& question, const std::function<void(const std::string&)>& progress,
                   const std::function<void(const MatchAnswer&)>& so_far = {});
 
-// The model with what was fitted, as CONTENDER.xml in `folder`, for each contender with a fit. Returns a sentence for
-// each that MJCF cannot hold. Throws SystemError.
+// The model with what was fitted, as CONTENDER.xml in `folder`, for each contender with a fit; as CONTENDER.urdf, too,
+// where URDF can hold what was fitted of the robot. Returns a sentence for each that MJCF cannot hold. Throws
+// SystemError.
 std::vector<std::string> write_fitted_models(const MatchQuestion& question, const MatchAnswer& answer,
                                              const std::string& folder);
 

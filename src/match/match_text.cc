@@ -118,7 +118,7 @@ std::string answer_text(const MatchQuestion& question, const MatchAnswer& answer
   }
   if (!good.empty()) text += "; as good: " + join(good, ", ");
   text += fmt::format(". With the values of the model's file: {}", in_words(mean_of(best.logs, &LogResult::untuned)));
-  if (best.score.value > best.untuned_score.value) text += ", which is better than the fit";
+  if (best.worse_than_untuned()) text += ", which is better than the fit";
   return text + fmt::format(". Noise floor, what noise of the first states alone makes: {}.",
                             in_words(mean_of(best.logs, &LogResult::floor)));
 }
@@ -147,6 +147,7 @@ Json match_json(const MatchQuestion& question, const MatchAnswer& answer) {
     if (result.failure.empty()) {
       one["score"] = json_of(result.score);
       one["untuned_score"] = json_of(result.untuned_score);
+      one["worse_than_untuned"] = result.worse_than_untuned();
       one["as_good_as_best"] = result.as_good_as_best;
       one["behind_best"] = result.behind_best ? json_of(*result.behind_best) : Json();
       one["held_out"] = json_of(mean_of(result.logs, &LogResult::fitted));

@@ -109,8 +109,9 @@ double number_at(std::string_view type, const char* at) {
   return as_double<std::uint8_t>(at);
 }
 
-// An array of numbers of one or two dimensions; false for everything else that an archive may hold.
-bool read_array(std::string bytes, const std::string& name, const std::string& path, Array& array) {
+// An array of numbers of one or two dimensions; for everything else that an archive may hold the reason why it is not
+// read. Objects are refused, because what is pickled is a program.
+std::string read_array(std::string bytes, const std::string& name, const std::string& path, Array& array) {
   const auto damaged = [&] { refuse(path, fmt::format("has a damaged array '{}'", name)); };
   constexpr std::string_view kMagic = "\x93NUMPY";
   constexpr size_t kVersion = 6, kShort = 10, kLong = 12;
@@ -123,11 +124,20 @@ bool read_array(std::string bytes, const std::string& name, const std::string& p
   if (length > bytes.size() - begin) damaged();
   const std::string_view header(bytes.data() + begin, length);
   std::string_view type = entry(header, "descr");
-  if (type.size() < 2 || (type.front() != '\'' && type.front() != '"')) return false;  // of a structured array
+  if (type.size() < 2 || (type.front() != '\'' && type.front() != '"')) return "it is a structured array";
   type = type.substr(1, type.size() - 2);
+  if (type == "|O") {
+    throw InputError(
+        fmt::format("the log '{}' has an array '{}' of Python objects, which are pickled and never read: write "
+                    "numbers alone, as of array.astype(float)",
+                    path, name));
+  }
   const size_t size = size_of_type(type);
   const std::vector<std::uint64_t> shape = shape_of(entry(header, "shape"));
-  if (size == 0 || shape.empty() || shape.size() > 2 || shape.back() == 0) return false;
+  if (size == 0) return fmt::format("its type is '{}': give float64", type);
+  if (shape.empty()) return "it is a single value";
+  if (shape.size() > 2) return fmt::format("it has {} dimensions", shape.size());
+  if (shape.back() == 0) return "it is empty";
   const std::uint64_t columns = shape.size() == 2 ? shape[1] : 1;
   if (shape[0] > kMostLogRows || columns > kMostLogColumns) {
     refuse(path,
@@ -142,7 +152,7 @@ bool read_array(std::string bytes, const std::string& name, const std::string& p
            .bytes = {}};
   bytes.erase(0, begin + length);
   array.bytes = std::move(bytes);
-  return true;
+  return "";
 }
 
 struct Discard {
@@ -152,7 +162,8 @@ struct CloseFile {
   void operator()(zip_file_t* file) const { zip_fclose(file); }
 };
 
-std::vector<Array> arrays_of(const std::string& bytes, const std::string& path) {
+// `unread` gets what is left out, in words.
+std::vector<Array> arrays_of(const std::string& bytes, const std::string& path, std::vector<std::string>& unread) {
   zip_error_t error;
   zip_error_init(&error);
   zip_source_t* source = zip_source_buffer_create(bytes.data(), bytes.size(), 0, &error);
@@ -193,7 +204,12 @@ std::vector<Array> arrays_of(const std::string& bytes, const std::string& path) 
       content.append(buffer.data(), static_cast<size_t>(got));
       if (content.size() > facts.size) refuse(path, fmt::format("has a damaged array '{}'", name));
     }
-    if (Array array; read_array(std::move(content), name, path, array)) arrays.push_back(std::move(array));
+    Array array;
+    if (const std::string why = read_array(std::move(content), name, path, array); why.empty()) {
+      arrays.push_back(std::move(array));
+    } else if (constexpr size_t kMostNamed = 5; unread.size() < kMostNamed) {
+      unread.push_back(fmt::format("'{}' is not read: {}", name, why));
+    }
     if (arrays.size() > kMostLogColumns) refuse(path, fmt::format("has more than {} arrays", kMostLogColumns));
   }
   return arrays;
@@ -215,7 +231,11 @@ struct Column {
 
 LogTable parse_npz_table(const std::string& bytes, const std::string& path, const SelectColumns& select,
                          LogFaults& faults) {
-  const std::vector<Array> arrays = arrays_of(bytes, path);
+  std::vector<std::string> unread;
+  const std::vector<Array> arrays = arrays_of(bytes, path, unread);
+  const auto with_unread = [&](const std::string& sentence) {
+    return unread.empty() ? sentence : fmt::format("{} ({})", sentence, join(unread, "; "));
+  };
   std::vector<std::string> names;
   std::vector<Column> columns;
   for (const Array& array : arrays) {
@@ -229,8 +249,16 @@ LogTable parse_npz_table(const std::string& bytes, const std::string& path, cons
       if (names.size() > kMostLogColumns) refuse(path, fmt::format("has more than {} columns", kMostLogColumns));
     }
   }
-  if (names.empty()) refuse(path, "has no array of numbers");
-  const TableSelection selection = select(names);
+  if (names.empty()) {
+    throw InputError(with_unread(fmt::format("the log '{}' has no array of numbers: write it with numpy.savez", path)));
+  }
+  const TableSelection selection = [&] {
+    try {
+      return select(names);
+    } catch (const InputError& error) {
+      throw InputError(with_unread(error.what()));
+    }
+  }();
   std::vector<size_t> used = selection.numbers;
   if (selection.motion) used.push_back(*selection.motion);
   const size_t rows = used.empty() ? 0 : columns[used.front()].array->rows;
@@ -246,7 +274,7 @@ LogTable parse_npz_table(const std::string& bytes, const std::string& path, cons
                                           [&](size_t column) { return !std::isfinite(columns[column].value(row)); });
     if (bad != selection.numbers.end()) {
       faults.add(row + 1, names[*bad], fmt::format("{} is no finite number", columns[*bad].value(row)),
-                 "remove the row from all arrays: no window goes over the gap that it leaves");
+                 "remove the row from all arrays");
       continue;
     }
     for (size_t i = 0; i < table.numbers.size(); ++i) {

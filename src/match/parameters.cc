@@ -345,6 +345,46 @@ class Chooser {
   std::string why_;
 };
 
+// Bounds that somebody wrote may not pass what can be: a damping below 0, a setting beyond what the engine takes. Those
+// of a role end there, because its settings have another range in each engine.
+void check_bounds(const FitRequest& request, const Kind& kind, const ResolvedContender& contender, Parameter& p) {
+  const auto refuse = [&](double bound, const std::string& why) {
+    throw InputError(
+        fmt::format("the bounds of '{}' have {}, and {}: give others", request.parameter, shortest(bound), why));
+  };
+  switch (p.kind) {
+    case ChangeKind::kDamping:
+    case ChangeKind::kDryFriction:
+    case ChangeKind::kArmature:
+    case ChangeKind::kStiffness:
+    case ChangeKind::kFriction:
+    case ChangeKind::kDriveStiffness:
+    case ChangeKind::kDriveDamping:
+      if (p.lower < 0) refuse(p.lower, "it cannot be negative");
+      return;
+    case ChangeKind::kMass:
+      if (p.lower <= 0) refuse(p.lower, "a mass is above 0");
+      return;
+    case ChangeKind::kSet:
+      for (const Setting& each : contender.engine->settings()) {
+        if (each.name != p.element) continue;
+        if (kind.of == Of::kRole) {
+          p.lower = std::max(p.lower, each.minimum.value_or(p.lower));
+          p.upper = std::min(p.upper, each.maximum.value_or(p.upper));
+        }
+        if (each.minimum && p.lower < *each.minimum) {
+          refuse(p.lower, fmt::format("{} takes at least {}", contender.name, shortest(*each.minimum)));
+        }
+        if (each.maximum && p.upper > *each.maximum) {
+          refuse(p.upper, fmt::format("{} takes at most {}", contender.name, shortest(*each.maximum)));
+        }
+      }
+      return;
+    default:
+      return;
+  }
+}
+
 // What is fitted where nobody says: of joints what drives and friction hide, of a thrown body what impacts show.
 std::vector<FitRequest> default_requests(const Model& model, const MotionScales& scales) {
   std::vector<FitRequest> requests;
@@ -451,6 +491,7 @@ std::vector<Parameter> choose_parameters(const Model& model, const ResolvedConte
       if (!request.fit) continue;
       if (request.lower) parameter.lower = *request.lower;
       if (request.upper) parameter.upper = *request.upper;
+      if (request.lower || request.upper) check_bounds(request, *wanted.kind, contender, parameter);
       if (parameter.log && parameter.lower <= 0) parameter.log = false, parameter.step *= parameter.nominal;
       if (parameter.lower >= parameter.upper) {
         throw InputError(fmt::format("the bounds of '{}' are {} and {}: the first has to be less", request.parameter,

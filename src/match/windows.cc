@@ -78,11 +78,8 @@ Windows::Windows(const Model& model, const std::vector<MeasuredLog>& logs, const
         const auto j = static_cast<size_t>(joint.joint);
         if (law == DriveLaw::kTorque) drive.torques[j] = without_glitches(joint.torque, config.torque_median);
         if (law == DriveLaw::kPd) drive.targets[j] = joint.target;
-        const auto gain = [&](const std::map<std::string, double>& gains) {
-          const auto own = gains.find(model.joints[j].name), all = gains.find("");
-          return own != gains.end() ? own->second : all != gains.end() ? all->second : 0;
-        };
-        drive.stiffness[j] = gain(config.stiffness), drive.damping[j] = gain(config.damping);
+        const std::string& name = model.joints[j].name;
+        drive.stiffness[j] = gain_of(config.stiffness, name), drive.damping[j] = gain_of(config.damping, name);
       }
     }
     drives_.push_back(std::move(drive));

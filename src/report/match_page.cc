@@ -65,8 +65,9 @@ json each_only(const json& list, std::initializer_list<const char*> members) {
 
 // A contender's figures but for those of single logs.
 json contender_of_page(const json& contender) {
-  json kept = only(contender, {"contender", "failure", "warnings", "score", "untuned_score", "floor_score",
-                               "as_good_as_best", "behind_best", "held_out", "untuned", "floor", "phases"});
+  json kept =
+      only(contender, {"contender", "failure", "warnings", "score", "untuned_score", "worse_than_untuned",
+                       "floor_score", "as_good_as_best", "behind_best", "held_out", "untuned", "floor", "phases"});
   if (contender.contains("timesteps")) {
     kept["timesteps"] = each_only(contender.at("timesteps"), {"timestep_ms", "held_out", "windows", "failed"});
   }

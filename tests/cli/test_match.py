@@ -312,6 +312,73 @@ class Match(AssayTest):
         self.write("matched/match.json", "{}")
         self.refused("run", "pendulum.xml", "--like-real", "matched", naming=["match.json"])
 
+    def test_another_drive_is_another_question(self):
+        self.write("pendulum.xml", pendulum(damping=0.02, mass=0.4))
+        logs = self.swings(count=2)
+        untuned = []
+        for law in ("none", "torque"):
+            self.write("match.toml", f'[drive]\nlaw = "{law}"\n')
+            found = self.matched("pendulum.xml", "--log", *logs, "--config", "match.toml", "--contenders", "mujoco-euler",
+                                 "--fit", "damping", "--budget", "10", out="same")
+            untuned.append(found["contenders"][0]["untuned"]["joints_deg"])
+        self.assertGreater(untuned[0], 1.5 * untuned[1])
+
+    def test_a_refused_question_leaves_the_answer(self):
+        self.write("pendulum.xml", pendulum(damping=0.02, mass=0.4))
+        arguments = ["pendulum.xml", "--log", *self.swings(count=2), "--contenders", "mujoco-euler", "--budget", "10"]
+        self.matched(*arguments, "--fit", "damping")
+        before = (self.dir / "matched/match.json").read_text()
+        self.write("match.toml", '[held_out]\nlogs = ["swing*"]\n')
+        for more, words in [
+            (["--fit", "friction"], ["friction", "no contacts"]),
+            (["--fit", "damping=-1,0.5"], ["damping", "-1", "negative"]),
+            (["--fit", "damping", "--contenders", "mujoco-euler"], ["--contenders", "mujoco-euler", "twice"]),
+            (["--fit", "damping", "--config", "match.toml"], ["[held_out]"]),
+        ]:
+            with self.subTest(more=more):
+                self.refused("match", *arguments, *more, "--out", "matched", naming=words)
+                self.assertEqual(before, (self.dir / "matched/match.json").read_text())
+
+    def test_logs_without_a_usable_stretch_are_refused(self):
+        self.write("pendulum.xml", pendulum(damping=0.02, mass=0.4))
+        logs = self.swings(count=1)
+        self.write("rest.csv", "time,hinge,hinge.torque\n" + "".join(f"{i / 200:.3f},0,0\n" for i in range(800)))
+        for held_out, words in (("swing1", ["to fit to", "rest"]), ("rest", ["held out", "rest"])):
+            self.write("match.toml", f'[held_out]\nlogs = ["{held_out}"]\n')
+            with self.subTest(held_out=held_out):
+                self.refused("match", "pendulum.xml", "--log", *logs, "rest.csv", "--config", "match.toml", "--contenders", "mujoco-euler",
+                             "--fit", "damping", "--out", "matched", naming=words)
+
+    def test_what_is_wrong_with_the_logs_is_in_the_answer(self):
+        self.write("pendulum.xml", pendulum(damping=0.06, mass=0.5))
+        asked = ["match", "pendulum.xml", "--log", *self.swings(count=2), "--contenders", "mujoco-euler", "--fit", "damping", "--budget", "10",
+                 "--out", "matched", "--json"]
+        for seed in (1, 2):
+            rows = swing(0.06, 0.5, 4, 1.2, 2e-4, seed)
+            against = [(before[1] - after[1]) / (after[0] - before[0]) for before, after in zip(rows, rows[1:])]
+            self.write(f"swing{seed}.csv", "time,hinge,hinge.velocity,hinge.torque\n" +
+                       "".join(f"{t:.6f},{q:.7f},{v:.7f},{u:.7f}\n" for (t, q, u), v in zip(rows, against)))
+        done = self.run_assay(*asked)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("hinge.velocity", done.stderr)
+        self.assertTrue(any("wrong sign" in warning for warning in json.loads(done.stdout)["warnings"]), done.stdout)
+        # torques of the wrong sign leave nothing that no hand has pushed
+        for seed in (1, 2):
+            rows = swing(0.06, 0.5, 4, 1.2, 2e-4, seed)
+            self.write(f"swing{seed}.csv", "time,hinge,hinge.torque\n" + "".join(f"{t:.6f},{q:.7f},{-u:.7f}\n" for t, q, u in rows))
+        self.refused(*asked, naming=["held out", "hinge.torque", "its sign is wrong"])
+
+    def test_fitted_models_are_those_of_the_question(self):
+        self.write("pendulum.xml", pendulum(damping=0.02, mass=0.4))
+        arguments = ["pendulum.xml", "--log", *self.swings(count=2), "--budget", "10"]
+        self.matched(*arguments, "--contenders", "mujoco-euler,mujoco-rk4", "--fit", "damping", "--fit", "mass")
+        models = self.dir / "matched/models"
+        self.assertEqual(sorted(file.name for file in models.iterdir()),
+                         ["mujoco-euler.urdf", "mujoco-euler.xml", "mujoco-rk4.urdf", "mujoco-rk4.xml"])
+        self.assay("check", "matched/models/mujoco-euler.urdf")
+        self.matched(*arguments, "--contenders", "mujoco-rk4", "--fit", "armature")  # which URDF does not have
+        self.assertEqual(sorted(file.name for file in models.iterdir()), ["mujoco-rk4.xml"])
+
     def test_what_cannot_be_fitted_is_refused(self):
         self.write("pendulum.xml", pendulum(damping=0.02, mass=0.4))
         log = self.swings(count=1)[0]

@@ -395,6 +395,7 @@ export interface MatchedContender {
   // of one without a failure
   score?: Interval;
   untuned_score?: Interval;
+  worse_than_untuned?: boolean;
   floor_score?: number;
   as_good_as_best?: boolean;
   behind_best?: Interval | null;

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include "load/mjcf.h"
@@ -118,6 +119,68 @@ TEST_F(LogFiles, EachMistakeIsASentenceWithLineAndColumn) {
                 read_logs({write("b.csv", "time,x,y,z,qw,qx,qy,qz\n0,0,0,0,1,1,0,0\n")}, box_, MatchConfig());
               }),
               HasSubstr("b.csv:2: column 'qw': the quaternion of 'cube' has norm 1.41"));
+}
+
+TEST_F(LogFiles, CommentsAndOldLineEndsAreNoMistakes) {
+  for (const char* text :
+       {"# of robot 7, in the hall\n# 2 August\ntime,shoulder\n0,1\n# a pause\n1,2\n",
+        "# of robot 7\n# time,shoulder\n0,1\n1,2\n", "time,shoulder\r0,1\r1,2\r", "time,shoulder\r\n0,1\r\n\r\n1,2"}) {
+    const auto logs = read_logs({write("run.csv", text)}, arm_, MatchConfig());
+    EXPECT_THAT(logs[0].time, ElementsAre(0, 1)) << text;
+    EXPECT_THAT(logs[0].joint(0)->position, ElementsAre(1, 2)) << text;
+  }
+}
+
+TEST_F(LogFiles, WhatIsWrittenInAnotherWayHasItsOwnFix) {
+  const auto said = [&](const std::string& text) {
+    return message_of([&] { read_logs({write("run.csv", text)}, arm_, MatchConfig()); });
+  };
+  EXPECT_THAT(said("time;shoulder\n0;1,5\n"),
+              HasSubstr("run.csv:2: column 'shoulder': '1,5' is no finite number: write "
+                        "decimals with a point, as in 1.5"));
+  EXPECT_THAT(said("time,shoulder\n2026-08-02T10:00:00,1\n"), HasSubstr("one number of seconds"));
+  EXPECT_THAT(said("time shoulder\n0 1\n"), HasSubstr("separate the columns"));
+  EXPECT_THAT(said(",time,shoulder\n0,0,1\n1,1,2\n"), HasSubstr("column 1 has no name"));
+  EXPECT_THAT(said("time,shoulder\n0,a\n1,b\n2,3\n3,c\n"), HasSubstr("(2 more faults, in lines 3, 5)"));
+}
+
+TEST_F(LogFiles, ColumnsOfQuantitiesCanBeLeftOut) {
+  const std::string file = write("run.csv", "time,shoulder,shoulder.torque,temperature\n0,1,5,20\n1,2,6,20\n");
+  const auto torques = [&](const char* ignore) {
+    const auto logs = read_logs({file}, arm_, config(fmt::format("[columns]\nignore = [{}]\n", ignore)));
+    return logs[0].joint(0)->torque.size();
+  };
+  EXPECT_EQ(torques("\"*\""), 2);
+  EXPECT_EQ(torques("\"temperature\""), 2);
+  EXPECT_EQ(torques("\"temperature\", \"shoulder.torque\""), 0);
+  EXPECT_EQ(torques("\"t*\", \"*.torque\""), 0);
+}
+
+TEST_F(LogFiles, SensorsOfOneTurnGoOn) {
+  std::string radians = "time,shoulder,shoulder.target\n", degrees = radians;
+  const auto wrapped = [](double angle) { return std::remainder(angle, 2 * M_PI); };
+  std::vector<double> truth;
+  for (int i = 0; i < 400; ++i) {
+    truth.push_back(1 + 9 * std::sin(0.02 * i));
+    const double q = wrapped(truth.back());
+    radians += fmt::format("{},{:.6f},{:.6f}\n", 0.01 * i, q, q);
+    degrees += fmt::format("{},{:.6f},{:.6f}\n", 0.01 * i, q / kDegree, q / kDegree);
+  }
+  for (const auto& [text, unit] : {std::pair(radians, "rad"), std::pair(degrees, "deg")}) {
+    const auto logs = read_logs({write("run.csv", text)}, arm_, config(fmt::format("[units]\nangle = \"{}\"\n", unit)));
+    EXPECT_GT(logs[0].joint(0)->turns.size(), 2);
+    for (size_t i = 0; i < truth.size(); ++i) {
+      EXPECT_NEAR(logs[0].joint(0)->position[i], truth[i], 1e-5) << i;
+      EXPECT_NEAR(logs[0].joint(0)->target[i], truth[i], 1e-5) << i;
+    }
+  }
+  // a sample that stands alone is no turn, and what goes beyond one turn was never wrapped
+  std::vector<double> course;
+  for (int i = 0; i < 50; ++i) course.push_back(0.01 * i);
+  course[20] += 5;
+  EXPECT_THAT(jumps_of_turn(course, 2 * M_PI), ElementsAre());
+  course[20] += 2;
+  EXPECT_THAT(jumps_of_turn(course, 2 * M_PI), ElementsAre());
 }
 
 TEST_F(LogFiles, FaultsAreListedAndTheRestIsRead) {

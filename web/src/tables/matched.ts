@@ -35,7 +35,8 @@ function contenderName(palette: Palette, name: string): HTMLElement {
 export function ranking(match: Match, palette: Palette): HTMLElement {
   const best = match.contenders[0];
   const several = match.contenders.length > 1;
-  const isWorse = (one: MatchedContender) => one.score !== undefined && one.score.value > one.untuned_score!.value;
+  // answers of older programs do not have it
+  const isWorse = (one: MatchedContender) => one.worse_than_untuned ?? (one.score !== undefined && one.score.value > one.untuned_score!.value);
   const noted = match.contenders.some(isWorse);
   const titles = ["Contender", "Fitted", "Untuned", "Noise floor", ...(several ? ["Against the best (95 %)"] : []), ...(noted ? ["Note"] : [])];
   const rest = String(titles.length - 1);
