@@ -57,7 +57,7 @@ struct Command {
 const std::vector<Command>& commands();
 
 // Options that name a file or a folder which the command writes.
-inline constexpr std::array kOutputOptions = {"--out", "--repair", "--write"};
+inline constexpr std::array kOutputOptions = {"--out", "--repair", "--write", "--sarif", "--junit", "--write-baseline"};
 
 // Folders of the files that a command is to write.
 std::optional<std::vector<std::string>> written_folders(const CLI::App& command);
