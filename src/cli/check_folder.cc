@@ -225,7 +225,8 @@ void add_failing(const Report& report, Answer& answer) {
       if (!report.fails(record) || rows.size() == kMostRows) continue;
       std::string place = record.file.empty() ? file.file : record.file;
       if (record.line > 0) place += fmt::format(":{}", record.line);
-      rows.push_back({cell_text(place, true), dataset::rank_text(record.rank), record.kind, cell_text(record.message, true)});
+      rows.push_back(
+          {cell_text(place, true), dataset::rank_text(record.rank), record.kind, cell_text(record.message, true)});
     }
   }
   if (rows.empty()) return;
@@ -239,7 +240,8 @@ Answer folder_summary(const Report& report, bool markdown) {
   const size_t refused = report.count(dataset::rank_text(Rank::kRefused)),
                mend = report.count(dataset::rank_text(Rank::kMend)), failing = report.failing();
   Answer answer;
-  answer.part(fmt::format("{}: {}, {} ok, {} to mend, {} refused", markdown ? cell_text(report.folder, true) : report.folder,
+  answer.part(fmt::format("{}: {}, {} ok, {} to mend, {} refused",
+                          markdown ? cell_text(report.folder, true) : report.folder,
                           counted(report.files.size(), "robot"), report.files.size() - mend - refused, mend, refused));
   if (const std::string text = not_checked_text(report); !text.empty()) answer.line("not checked: " + text);
   const auto repaired = std::ranges::count_if(report.files, [](const FileReport& f) { return !f.repaired.empty(); });

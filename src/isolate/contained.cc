@@ -22,7 +22,6 @@
 #include "base/console.h"
 #include "base/errors.h"
 #include "base/exit_status.h"
-#include "base/text.h"
 #include "isolate/activity.h"
 #include "isolate/child.h"
 #include "isolate/limits.h"
@@ -334,7 +333,7 @@ void run_pieces(const Pieces& pieces) {
       if (::waitpid(each.child, &result, WNOHANG) != each.child) {
         if (each.stopped.empty() && each.limit->over()) {
           each.too_long = true;
-          each.stop(fmt::format("was stopped: it takes more than {}", duration_label(pieces.limit_s)));
+          each.stop(fmt::format("was stopped: it takes more than {:.3g} s", pieces.limit_s));
         }
         continue;
       }
