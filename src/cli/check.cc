@@ -162,7 +162,7 @@ void add_check(CLI::App& app, Action& action) {
   const auto options = std::make_shared<CheckOptions>();
   add_model_options(*command, options->model, Repair::kOwn);
   command->get_option("MODEL")->description("MJCF or URDF file, a system's name, or a folder of such files");
-  CLI::Option* repair =
+  const CLI::Option* repair =
       command
           ->add_option(
               "--repair", options->repair,

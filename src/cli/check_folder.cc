@@ -76,14 +76,15 @@ Outputs outputs_of(const FolderFlags& flags) {
   Outputs outputs;
   for (const auto& [option, path] : {std::pair("--sarif", &flags.sarif), std::pair("--junit", &flags.junit),
                                      std::pair("--write-baseline", &flags.write_baseline)}) {
-    if (!*path) continue;
-    check_output_path(option, **path);
-    const fs::path own = fs::absolute(**path).lexically_normal();
-    for (const auto& [other, file] : outputs) {
-      if (fs::absolute(file).lexically_normal() != own) continue;
-      throw InputError(fmt::format("{} and {} name the same file '{}': give two", other, option, **path));
+    const std::string file = path->value_or("");
+    if (!path->has_value()) continue;
+    check_output_path(option, file);
+    const fs::path own = fs::absolute(file).lexically_normal();
+    for (const auto& [other, its_file] : outputs) {
+      if (fs::absolute(its_file).lexically_normal() != own) continue;
+      throw InputError(fmt::format("{} and {} name the same file '{}': give two", other, option, file));
     }
-    outputs.emplace_back(option, **path);
+    outputs.emplace_back(option, file);
   }
   return outputs;
 }
@@ -123,7 +124,6 @@ dataset::How how_of(const FolderCheck& check) {
   how.load = check.load;
   how.repair_into = check.repair_into;
   how.jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  constexpr int kMostJobs = 1024;
   if (check.flags.jobs) how.jobs = parse_count("--jobs", *check.flags.jobs, 1, kMostJobs);
   if (check.flags.time_limit) how.limit_s = parse_positive("--time-limit", *check.flags.time_limit, "s");
   how.writable = model_caches();
@@ -186,7 +186,7 @@ std::string not_checked_text(const Report& report) {
   if (!report.parts.empty()) parts.push_back(counted(report.parts.size(), "file") + " that others include");
   if (report.other_xml > 0) parts.push_back(counted(report.other_xml, ".xml file") + " of other programs");
   for (const auto& [ending, count] : report.not_read) parts.push_back(counted(count, ending + " file"));
-  if (report.links_out > 0) parts.push_back(counted(report.links_out, "link") + " that leads out of the folder");
+  if (report.links_out > 0) parts.push_back(counted(report.links_out, "link out of the folder", "links out of the folder"));
   return join(parts, ", ");
 }
 
@@ -373,7 +373,7 @@ int check_folder(const FolderCheck& check) {
     report.gone = baseline->left();
     if (!baseline->is_of_this_folder()) {
       message(fmt::format("note: no robot of the baseline '{}' is in '{}': was it written for another folder?",
-                          *check.flags.baseline, check.folder));
+                          check.flags.baseline.value_or(""), check.folder));
     }
   }
 

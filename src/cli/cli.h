@@ -68,6 +68,8 @@ std::optional<std::vector<std::string>> drawing_folders(const CLI::App& command)
 
 // ---- options --------------------------------------------------------------------------------------------------------
 
+inline constexpr int kMostJobs = 1024;  // of --jobs
+
 // A subcommand with its examples ("command line", "what it does") below the help.
 using Examples = std::vector<std::pair<std::string, std::string>>;
 CLI::App* add_command(CLI::App& app, const std::string& name, const std::string& summary, const Examples& examples);

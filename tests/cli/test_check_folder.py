@@ -90,7 +90,7 @@ class Folder(FolderTest):
         self.assertEqual(report["not_checked"], {"included": [{"file": "piece.xml", "by": None}], "other_xml": 1,
                                                  "not_read": {".sdf": 1, ".xacro": 1}, "links_out": 1})
         text = self.assay("check", "robots")
-        for words in ("1 robot, 1 ok", "1 file that others include", "1 .xml file of other programs", "1 .sdf file", "1 link that leads out"):
+        for words in ("1 robot, 1 ok", "1 file that others include", "1 .xml file of other programs", "1 .sdf file", "1 link out of the folder"):
             self.assertIn(words, text)
 
     def test_two_that_include_each_other_are_checked(self):

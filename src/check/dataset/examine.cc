@@ -5,6 +5,7 @@
 #include <iterator>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -56,8 +57,8 @@ Survey::Kind kind_of(const std::string& path, const std::string& text) {
 
 class Examination {
  public:
-  Examination(const std::string& folder, const std::string& path, const LoadOptions& options)
-      : folder_(folder), file_(folder + "/" + path), options_(options) {}
+  Examination(const std::string& folder, const std::string& path, LoadOptions options)
+      : folder_(folder), file_(folder + "/" + path), options_(std::move(options)) {}
 
   // Mends the file into `out`.
   void repair(const std::string& out) {
@@ -202,7 +203,8 @@ std::string survey_text(const std::string& folder, const std::string& path, cons
       if (const std::string below = path_below(folder, each); !below.empty()) includes.push_back(below);
     }
   }
-  const char* name = kind == Survey::Kind::kRobot ? "robot" : kind == Survey::Kind::kPart ? "part" : "other";
+  const char* name = kind == Survey::Kind::kPart ? "part" : "other";
+  if (kind == Survey::Kind::kRobot) name = "robot";
   return dump_json(Json{{"kind", name}, {"includes", includes}});
 }
 
@@ -253,9 +255,10 @@ FileReport read_examination(const std::string& text, const std::string& path,
 FileReport failed_examination(const std::string& path, const char* kind, const std::string& message,
                               std::map<std::string, std::string>& titles) {
   const std::string_view name = kind;
-  titles.emplace(kind, name == kinds::kUnreadable  ? "it cannot be read"
-                       : name == kinds::kTimeLimit ? "it takes longer than a limit of time"
-                                                   : "reading or checking it ended its process");
+  const char* title = "reading or checking it ended its process";
+  if (name == kinds::kUnreadable) title = "it cannot be read";
+  if (name == kinds::kTimeLimit) title = "it takes longer than a limit of time";
+  titles.emplace(kind, title);
   FileReport report;
   report.path = path;
   report.file = utf8_text(path);

@@ -56,7 +56,7 @@ class Walk {
     for (const fs::directory_iterator end; !error && entry != end; entry.increment(error)) {
       const std::string name = entry->path().filename().string();
       if (name.starts_with('.')) continue;
-      const std::string path = folder.empty() ? name : folder + "/" + name;
+      const std::string path = folder.empty() ? name : fmt::format("{}/{}", folder, name);
       std::error_code unknown;
       const fs::file_status status = entry->symlink_status(unknown);
       if (fs::is_symlink(status)) {

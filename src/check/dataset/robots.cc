@@ -21,6 +21,7 @@ namespace {
 // "3 .sdf and 2 .xacro"
 std::string endings_text(const std::map<std::string, size_t>& others) {
   std::vector<std::string> parts;
+  parts.reserve(others.size());
   for (const auto& [ending, count] : others) parts.push_back(fmt::format("{} {}", count, ending));
   return join(parts, ", ");
 }
@@ -53,7 +54,7 @@ std::vector<Survey> surveys_of(const std::string& folder, const std::vector<std:
   if (!report.not_read.empty()) {
     instead.push_back(endings_text(report.not_read) + ", which are to be converted to URDF or MJCF first");
   }
-  if (report.links_out > 0) instead.push_back(counted(report.links_out, "link") + " that leads out of it");
+  if (report.links_out > 0) instead.push_back(counted(report.links_out, "link out of it", "links out of it"));
   throw InputError(
       fmt::format("there is no robot in the folder '{}' (.urdf, .mjcf, or .xml with <mujoco>){}{}; check "
                   "the path",
@@ -114,9 +115,9 @@ Report check_robots(Robots robots, const How& how, const std::function<void(File
                                   fmt::format("checking '{}' ended without a report", name(piece)), report.titles);
       }
     }
-    const char* kind = end.kind == Kind::kThrew     ? kinds::kUnreadable
-                       : end.kind == Kind::kTooLong ? kinds::kTimeLimit
-                                                    : kinds::kCrashed;
+    const char* kind = kinds::kCrashed;
+    if (end.kind == Kind::kThrew) kind = kinds::kUnreadable;
+    if (end.kind == Kind::kTooLong) kind = kinds::kTimeLimit;
     return failed_examination(files[piece], kind, end.text, report.titles);
   };
   run_pieces({.count = files.size(),
@@ -137,7 +138,9 @@ Report check_robots(Robots robots, const How& how, const std::function<void(File
                     on_end(done);
                   },
               .writable = how.writable});
-  for (std::optional<FileReport>& each : reports) report.files.push_back(std::move(*each));
+  for (std::optional<FileReport>& each : reports) {
+    if (each) report.files.push_back(std::move(*each));
+  }
   std::ranges::stable_sort(report.files, {}, &FileReport::path);
   return report;
 }

@@ -98,6 +98,7 @@ FileReport report_of(const std::string& file, std::vector<Record> records) {
 
 std::vector<bool> known_of(const FileReport& report) {
   std::vector<bool> known;
+  known.reserve(report.records.size());
   for (const Record& each : report.records) known.push_back(each.known);
   return known;
 }
