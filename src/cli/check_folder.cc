@@ -186,7 +186,8 @@ std::string not_checked_text(const Report& report) {
   if (!report.parts.empty()) parts.push_back(counted(report.parts.size(), "file") + " that others include");
   if (report.other_xml > 0) parts.push_back(counted(report.other_xml, ".xml file") + " of other programs");
   for (const auto& [ending, count] : report.not_read) parts.push_back(counted(count, ending + " file"));
-  if (report.links_out > 0) parts.push_back(counted(report.links_out, "link out of the folder", "links out of the folder"));
+  if (report.links_out > 0)
+    parts.push_back(counted(report.links_out, "link out of the folder", "links out of the folder"));
   return join(parts, ", ");
 }
 
