@@ -162,7 +162,7 @@ struct RunningPiece {
 
   void stop(std::string reason) {
     if (!stopped.empty()) return;
-    ::kill(child, SIGKILL);
+    if (child > 0) ::kill(child, SIGKILL);  // -1, after its end, would be everybody
     stopped = std::move(reason);
   }
 
