@@ -254,6 +254,8 @@ class Check:
 def check(model: Union[str, os.PathLike], **options: Any) -> Check:
     """What is wrong with a model or worth knowing of it, and what each engine makes of it. Options are those of `assay check`:
     check(file, drop_unsupported=True, packages={"robot": folder}). The file is read in a process with limits."""
+    if os.path.isdir(model):
+        raise InputError(f"'{os.fspath(model)}' is a folder: give a model's file, or run `assay check` with --json for the folder")
     renamed = {("package" if name == "packages" else name): value for name, value in options.items()}
     found = _program.call_json("check", os.fspath(model), "--json", *_program.words(renamed), accept=(2,))
     if "engines" not in found:

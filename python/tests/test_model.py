@@ -72,6 +72,8 @@ def test_a_file_that_is_refused(tmp_path):
 
 
 def test_what_to_mend_and_what_engines_make_of_it(pendulum):
+    with pytest.raises(assay.InputError, match="is a folder: give a model's file"):
+        assay.check(pendulum.parent)
     found = assay.check(pendulum)
     assert found.model["dof"] == 1
     engines = {each["engine"] for each in found.engines}

@@ -18,8 +18,6 @@
 namespace assay::cli {
 namespace {
 
-constexpr int kMostJobs = 1024;
-
 void choose_device(const std::string& device, Campaign& campaign) {
   const auto has_batches = [](const CampaignSystem& system) { return system.has(Reads::kWorlds); };
   if (std::ranges::none_of(campaign.systems, has_batches)) {

@@ -1,5 +1,7 @@
 // `assay check`: what is wrong with a model or worth knowing of it, and what each engine does with it, before anything
-// is run.
+// is run. A folder is check_folder.cc's.
+#include <algorithm>
+#include <filesystem>
 #include <optional>
 
 #include <fmt/format.h>
@@ -13,23 +15,35 @@
 #include "check/model_check.h"
 #include "check/step_bounds.h"
 #include "check/verdicts.h"
+#include "cli/check_folder.h"
 #include "cli/commands.h"
 #include "cli/model_options.h"
 #include "engines/facts.h"
-#include "isolate/activity.h"
 #include "load/mjcf.h"
-#include "load/outside_files.h"
 #include "load/repair.h"
-#include "load/urdf.h"
 
 namespace assay::cli {
 namespace {
 
 struct CheckOptions {
   ModelOptions model;
-  std::vector<std::string> repair;  // the file to write; empty: in memory
+  std::vector<std::string> repair;  // the file to write, or the folder; empty: in memory
   bool json = false;
+  FolderFlags of_folder;
+
+  std::string repaired() const { return repair.empty() ? "" : repair.front(); }
 };
+
+// The folder that MODEL names; empty for a file or a system.
+std::string named_folder(const std::string& model) {
+  namespace fs = std::filesystem;
+  constexpr std::string_view kRobots = "robots:";
+  const std::string path =
+      model.starts_with(kRobots) ? (fs::path(cache_dir()) / "robots" / model.substr(kRobots.size())).string() : model;
+  const std::vector<std::string> systems = system_names();
+  std::error_code error;
+  return std::ranges::find(systems, model) == systems.end() && fs::is_directory(path, error) ? path : "";
+}
 
 // ---- a file that is refused, and its repair --------------------------------------------------------------------------
 
@@ -63,17 +77,7 @@ int print_refusal(const std::string& file, const LoadReport& report, const Check
 
 int repair(const std::string& file, const std::string& out, const LoadOptions& how) {
   std::vector<Mend> mends;
-  std::string mended;
-  {
-    const Activity reading(fmt::format("reading '{}'", file));
-    const std::string text = model_text(file);
-    // what it includes may become part of the mended text
-    if (root_element(text) == "mujoco") {
-      const std::vector<Problem> refusals = document_refusals(text, file, how);
-      if (!refusals.empty()) throw InputError(fmt::format("{}: {}", file, problem_text(refusals.front())));
-    }
-    mended = mended_model(text, file, out, mends, how);
-  }
+  const std::string mended = mended_file(file, out, mends, how);
   if (mends.empty()) {
     const LoadReport report = inspect_model(file, how);
     message(fmt::format("--repair finds nothing in '{}' that it can mend{}", file,
@@ -103,8 +107,16 @@ int repair(const std::string& file, const std::string& out, const LoadOptions& h
 
 int check(const CheckOptions& options) {
   const LoadOptions how = load_options(options.model);
+  if (const std::string folder = named_folder(options.model.model); !folder.empty()) {
+    return check_folder({folder, how, options.repaired(), options.json, options.of_folder});
+  }
+  if (const std::string option = options.of_folder.given(); !option.empty()) {
+    throw InputError(
+        fmt::format("{} is for a folder, and '{}' is none: give the folder with that robot, or leave it out", option,
+                    options.model.model));
+  }
   const std::string file = find_model(options.model.model);
-  if (!options.repair.empty() && !options.repair.front().empty()) return repair(file, options.repair.front(), how);
+  if (!options.repaired().empty()) return repair(file, options.repaired(), how);
   FileFacts facts;
   const LoadReport report = inspect_model(file, how, &facts);
   if (!report.model) return print_refusal(file, report, options);
@@ -144,16 +156,22 @@ void add_check(CLI::App& app, Action& action) {
       app, "check", "Show what to fix in a model and what each engine does with it",
       {{"assay check planar-chain", "a system that comes with assay"},
        {"assay check my_robot.xml --drop-unsupported", "leaves out what no engine can be given, and names it"},
-       {"assay check my_robot.urdf --json", "URDF files load the same way"}});
+       {"assay check my_robot.urdf --json", "URDF files load the same way"},
+       {"assay check robots --baseline known.json --fail-on mend --sarif robots.sarif",
+        "all robots of a folder: status 1 for what is new and to mend"}});
   const auto options = std::make_shared<CheckOptions>();
   add_model_options(*command, options->model, Repair::kOwn);
-  CLI::Option* repair =
+  command->get_option("MODEL")->description("MJCF or URDF file, a system's name, or a folder of such files");
+  const CLI::Option* repair =
       command
-          ->add_option("--repair", options->repair,
-                       "Write a mended URDF or MJCF file there and say what was changed; without OUT mend it in memory")
+          ->add_option(
+              "--repair", options->repair,
+              "Write a mended URDF or MJCF file there and say what was changed; without OUT mend it in memory; "
+              "of a folder, OUT is a folder, too")
           ->type_name("[OUT]")
           ->expected(0, 1);
-  command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();
+  CLI::Option* json = command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();
+  add_folder_flags(*command, options->of_folder, json);
   command->callback([&action, options, repair] {
     options->model.load.repair = repair->count() > 0;
     action = [options] { return check(*options); };

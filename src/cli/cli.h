@@ -57,7 +57,7 @@ struct Command {
 const std::vector<Command>& commands();
 
 // Options that name a file or a folder which the command writes.
-inline constexpr std::array kOutputOptions = {"--out", "--repair", "--write"};
+inline constexpr std::array kOutputOptions = {"--out", "--repair", "--write", "--sarif", "--junit", "--write-baseline"};
 
 // Folders of the files that a command is to write.
 std::optional<std::vector<std::string>> written_folders(const CLI::App& command);
@@ -67,6 +67,8 @@ std::optional<std::vector<std::string>> verdict_folders(const CLI::App& command)
 std::optional<std::vector<std::string>> drawing_folders(const CLI::App& command);
 
 // ---- options --------------------------------------------------------------------------------------------------------
+
+inline constexpr int kMostJobs = 1024;  // of --jobs
 
 // A subcommand with its examples ("command line", "what it does") below the help.
 using Examples = std::vector<std::pair<std::string, std::string>>;

@@ -3,16 +3,21 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
 #include <fcntl.h>
+#include <memory>
 #include <new>
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <utility>
 
 #include <fmt/format.h>
+#include <poll.h>
 
 #include "base/console.h"
 #include "base/errors.h"
@@ -22,6 +27,7 @@
 #include "isolate/limits.h"
 #include "isolate/processes.h"
 #include "isolate/sandbox.h"
+#include "isolate/time_limit.h"
 
 namespace assay {
 namespace {
@@ -105,10 +111,11 @@ std::string what_happened(const Shared& shared, const std::string& what, int res
   return fmt::format("{} ended with {}: it cannot be used", doing, signal_text(signal));
 }
 
-// The end of the process that did `work`, as waitpid() gives it.
-int rehearsed(const SharedPage& shared, const std::string& what, const std::function<void()>& work,
-              const std::vector<std::string>& writable) {
-  flush_output();
+constexpr int kMostTries = 3;  // of work that somebody else ends
+
+// The whole of a child that prints nothing: what its work throws is noted.
+int silent_work(const SharedPage& shared, const std::string& what, const std::function<void()>& work,
+                const std::vector<std::string>& writable) {
   const auto noted = [&] {
     try {
       work();
@@ -126,11 +133,98 @@ int rehearsed(const SharedPage& shared, const std::string& what, const std::func
     }
     return exits::kDone;
   };
-  return wait_for(start_child([&] {
-    const int nothing = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
-    for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) ::dup2(nothing, stream);
-    return contained_work(shared, noted, writable);
-  }));
+  const int nothing = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+  for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) ::dup2(nothing, stream);
+  return contained_work(shared, noted, writable);
+}
+
+// The end of the process that did `work`, as waitpid() gives it.
+int rehearsed(const SharedPage& shared, const std::string& what, const std::function<void()>& work,
+              const std::vector<std::string>& writable) {
+  flush_output();
+  return wait_for(start_child([&] { return silent_work(shared, what, work, writable); }));
+}
+
+// ---- several pieces --------------------------------------------------------------------------------------------------
+
+constexpr size_t kMostPieceBytes = size_t{64} << 20;
+
+// One that runs. Its process ends with it.
+struct RunningPiece {
+  RunningPiece() = default;
+  ~RunningPiece() {
+    if (child <= 0) return;
+    ::kill(child, SIGKILL);
+    wait_for(child);
+  }
+  RunningPiece(const RunningPiece&) = delete;
+  RunningPiece& operator=(const RunningPiece&) = delete;
+
+  void stop(std::string reason) {
+    if (!stopped.empty()) return;
+    if (child > 0) ::kill(child, SIGKILL);  // -1, after its end, would be everybody
+    stopped = std::move(reason);
+  }
+
+  size_t piece = 0;
+  int tries = 1;
+  SharedPage shared;
+  pid_t child = -1;
+  Descriptor results;
+  std::unique_ptr<TimeLimit> limit;
+  std::string text;     // the result so far
+  std::string stopped;  // why this process ended it
+  bool too_long = false;
+};
+
+std::unique_ptr<RunningPiece> start_piece(const Pieces& pieces, size_t piece, int tries, const WorkerLimits& limits) {
+  auto started = std::make_unique<RunningPiece>();
+  started->piece = piece;
+  started->tries = tries;
+  Pipe pipe = make_pipe();
+  flush_output();
+  started->child = start_child([&] {
+    pipe.reading.close();
+    limits.apply();
+    return silent_work(
+        started->shared, pieces.what(piece),
+        [&] {
+          if (!write_all(pipe.writing.get(), pieces.work(piece))) throw SystemError("the parent process takes no more");
+        },
+        pieces.writable);
+  });
+  started->results = std::move(pipe.reading);
+  ::fcntl(started->results.get(), F_SETFL, O_NONBLOCK);  // NOLINT(*-vararg)
+  started->limit = std::make_unique<TimeLimit>(pieces.limit_s, started->child);
+  return started;
+}
+
+// Takes what has come of the result. False when no more will come.
+bool take_results(RunningPiece& running) {
+  constexpr size_t kMostAtOnce = size_t{4} << 20;
+  const bool more = read_available(running.results.get(), running.text, kMostAtOnce);
+  if (running.text.size() > kMostPieceBytes) running.stop("gave a result of more than 64 MiB");
+  return more && running.text.size() <= kMostPieceBytes;
+}
+
+// `result` as waitpid() gives it. Nothing for a piece that is to be tried again.
+std::optional<PieceEnd> piece_end(RunningPiece& running, const std::string& what, int result) {
+  using Kind = PieceEnd::Kind;
+  const Shared& shared = *running.shared;
+  if (!running.stopped.empty()) {
+    return PieceEnd{running.too_long ? Kind::kTooLong : Kind::kCrashed,
+                    fmt::format("{} {}", activity(shared, what), running.stopped)};
+  }
+  if (!shared.done && ended_from_outside(result)) {
+    if (running.tries < kMostTries) return std::nullopt;
+    return PieceEnd{Kind::kCrashed, EndedFromOutside(activity(shared, what), WTERMSIG(result)).what()};
+  }
+  if (!shared.done) {
+    const bool long_activity = WIFSIGNALED(result) && (WTERMSIG(result) == SIGXCPU || WTERMSIG(result) == SIGALRM);
+    return PieceEnd{long_activity ? Kind::kTooLong : Kind::kCrashed, what_happened(shared, what, result)};
+  }
+  if (shared.thrown != Shared::Thrown::kNothing) return PieceEnd{Kind::kThrew, shared.text.data()};
+  return PieceEnd{Kind::kDone, std::move(running.text)};
 }
 
 }  // namespace
@@ -186,7 +280,6 @@ int contained(const std::function<int()>& work, const std::optional<std::vector<
 }
 
 void rehearse(const std::string& what, const std::function<void()>& work, const std::vector<std::string>& writable) {
-  constexpr int kMostTries = 3;
   for (int tries = 1;; ++tries) {
     const SharedPage shared;
     const int result = rehearsed(shared, what, work, writable);
@@ -198,6 +291,68 @@ void rehearse(const std::string& what, const std::function<void()>& work, const 
     if (shared->thrown == Shared::Thrown::kInputError) throw InputError(shared->text.data());
     if (shared->thrown == Shared::Thrown::kOther) throw SystemError(shared->text.data());
     return;
+  }
+}
+
+void run_pieces(const Pieces& pieces) {
+  using Clock = TimeLimit::Clock;
+  WorkerLimits limits = WorkerLimits::of_share(pieces.jobs);
+  limits.memory_bytes = std::max<std::uint64_t>(limits.memory_bytes, ActivityLimits().memory_bytes);
+  std::vector<std::unique_ptr<RunningPiece>> running;
+  std::vector<std::pair<size_t, int>> again;  // a piece and its try
+  size_t next = 0;
+  while (true) {
+    while (running.size() < static_cast<size_t>(std::max(1, pieces.jobs)) && (!again.empty() || next < pieces.count)) {
+      std::pair<size_t, int> start = {next, 1};
+      if (again.empty()) {
+        ++next;
+      } else {
+        start = again.back();
+        again.pop_back();
+      }
+      running.push_back(start_piece(pieces, start.first, start.second, limits));
+    }
+    if (running.empty()) return;
+    std::vector<pollfd> polled;
+    bool ending = false;
+    Clock::time_point wake = Clock::now() + std::chrono::seconds(1);
+    for (const auto& each : running) {
+      polled.push_back({each->results.get(), POLLIN, 0});  // -1, of one that ends, is passed over
+      ending = ending || !each->results.is_open();
+      wake = std::min(wake, each->limit->end());
+    }
+    const auto wait = std::chrono::duration_cast<std::chrono::milliseconds>(wake - Clock::now()).count();
+    const int wait_ms = ending ? 1 : static_cast<int>(std::clamp<long long>(wait, 0, 1000)) + 1;
+    if (::poll(polled.data(), polled.size(), wait_ms) < 0 && errno != EINTR) {
+      throw SystemError(fmt::format("cannot wait for processes: {}", std::strerror(errno)));
+    }
+    for (size_t i = running.size(); i-- > 0;) {
+      RunningPiece& each = *running[i];
+      if (each.results.is_open() && !take_results(each)) each.results.close();
+      int result = 0;
+      if (::waitpid(each.child, &result, WNOHANG) != each.child) {
+        if (each.stopped.empty() && each.limit->over()) {
+          each.too_long = true;
+          each.stop(fmt::format("was stopped: it takes more than {:.3g} s", pieces.limit_s));
+        }
+        continue;
+      }
+      each.child = -1;
+      // what it wrote last; processes that it left may hold the other end
+      for (bool more = true; more && each.results.is_open();) {
+        const size_t before = each.text.size();
+        if (!take_results(each)) each.results.close();
+        more = each.text.size() > before;
+      }
+      const std::string what = pieces.what(each.piece);
+      const std::unique_ptr<RunningPiece> ended = std::move(running[i]);
+      running.erase(running.begin() + static_cast<std::ptrdiff_t>(i));
+      if (const auto end = piece_end(*ended, what, result)) {
+        pieces.on_end(ended->piece, *end);
+      } else {
+        again.emplace_back(ended->piece, ended->tries + 1);
+      }
+    }
   }
 }
 

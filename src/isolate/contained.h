@@ -2,6 +2,7 @@
 // gets one sentence and a status.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <optional>
 #include <string>
@@ -22,5 +23,33 @@ int contained(const std::function<int()>& work, const std::optional<std::vector<
 // It may write only into the folders `writable`. Where nothing is thrown, the caller can do the same work himself.
 // `what` begins the sentence where no Activity does: "reading the campaign 'x'".
 void rehearse(const std::string& what, const std::function<void()>& work, const std::vector<std::string>& writable);
+
+// How a piece of work ended (run_pieces()).
+struct PieceEnd {
+  enum class Kind {
+    kDone,     // `text` is its result
+    kThrew,    // `text` is the message of what it threw
+    kTooLong,  // it was stopped at a limit of time, the piece's or an Activity's; `text` is a sentence without its end
+    kCrashed,  // it ended the process, was ended from outside three times, or gave a result of more than 64 MiB; alike
+  };
+  Kind kind = Kind::kCrashed;
+  std::string text = {};
+};
+
+// Pieces of work that do not depend on each other: one crashes or hangs, the others go on.
+struct Pieces {
+  size_t count = 0;
+  int jobs = 1;         // at a time
+  double limit_s = 60;  // of each, without what it waits for a processor (isolate/time_limit.h)
+  std::function<std::string(size_t piece)> what;                  // begins a sentence: "checking 'robot.xml'"
+  std::function<std::string(size_t piece)> work;                  // its result, in a process of its own
+  std::function<void(size_t piece, const PieceEnd& end)> on_end;  // in this process, in the order of their ends
+  std::vector<std::string> writable = {};                         // folders, as of rehearse()
+};
+
+// Runs each piece as rehearse() runs its work, `jobs` of them at a time; each may take its share of the machine's
+// memory (WorkerLimits::of_share), what an Activity may take in any case. What `on_end` throws ends all of them. Throws
+// SystemError where no process can be started.
+void run_pieces(const Pieces& pieces);
 
 }  // namespace assay

@@ -87,6 +87,8 @@ class Document {
   const std::vector<Fault>& faults() const { return faults_; }
   const std::map<std::string, IncludedPlace>& places() const { return places_; }
   const std::map<std::string, std::string>& models() const { return models_; }
+  // The paths of what its <include> name; an empty one for what is not there.
+  const std::set<std::string>& included() const { return included_; }
   std::vector<DocumentElement> elements() const {
     std::vector<DocumentElement> all;
     for (const auto& source : sources_) describe(*source, *source->document.RootElement(), -1, "", "", all);
@@ -357,6 +359,14 @@ DocumentPlaces places_in(const std::string& text, const std::string& path) {
   if (text.find("<include") == std::string::npos && text.find("<model") == std::string::npos) return {};
   const Document document(text, path);
   return {document.places(), document.models()};
+}
+
+std::vector<std::string> included_files(const std::string& text, const std::string& path) {
+  if (text.find("<include") == std::string::npos) return {};
+  const Document document(text, path);
+  std::vector<std::string> files(document.included().begin(), document.included().end());
+  std::erase(files, "");
+  return files;
 }
 
 std::string with_article(const std::string& tag) {

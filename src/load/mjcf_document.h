@@ -50,6 +50,10 @@ struct DocumentElement {
   std::string attribute(const std::string& key) const;  // empty where it has none
 };
 
+// The paths of the files that the document includes, and of those that these include, in the order of their names; of
+// those alone that MuJoCo finds. Call document_refusals() (outside_files.h) first: it reads them.
+std::vector<std::string> included_files(const std::string& text, const std::string& path);
+
 // "a geom", "an actuator"
 std::string with_article(const std::string& tag);
 

@@ -18,4 +18,9 @@ namespace assay {
 std::string mended_model(const std::string& text, const std::string& path, const std::string& out,
                          std::vector<Mend>& mends, const LoadOptions& options = {});
 
+// The same of the file's own text, and of what it includes where that may be read: throws InputError for what
+// document_refusals() refuses (outside_files.h), too.
+std::string mended_file(const std::string& path, const std::string& out, std::vector<Mend>& mends,
+                        const LoadOptions& options = {});
+
 }  // namespace assay

@@ -43,7 +43,10 @@ class Models(AssayTest):
 
     def test_directory_and_empty_name(self):
         (self.dir / "folder").mkdir()
-        self.refused_by_all("folder", ["'folder'", "directory"])
+        self.refused("check", "folder", naming=["'folder'", "no robot"])  # it takes folders of robots
+        self.refused("parity", "folder", naming=["'folder'", "directory"])
+        self.refused("simulate", "folder", "--engine", "mujoco-euler", "--timestep", "1", "--duration", "1", "--out", "x.csv",
+                     naming=["'folder'", "directory"])
         self.refused_by_all("", ["empty"])
 
     def test_malformed_xml(self):
