@@ -25,6 +25,7 @@
 #include "isolate/activity.h"
 #include "isolate/child.h"
 #include "isolate/limits.h"
+#include "isolate/machine_lack.h"
 #include "isolate/processes.h"
 #include "isolate/sandbox.h"
 #include "isolate/time_limit.h"
@@ -122,10 +123,14 @@ int silent_work(const SharedPage& shared, const std::string& what, const std::fu
     } catch (const InputError& error) {
       shared->note(Shared::Thrown::kInputError, error.what());
     } catch (const std::bad_alloc&) {
-      const std::string doing = shared->board.text.data();
-      shared->note(Shared::Thrown::kInputError,
-                   fmt::format("{} takes more than {} GiB of memory", doing.empty() ? what : doing,
-                               ActivityLimits().memory_bytes >> 30));
+      const std::string doing = activity(*shared, what), limit = inherited_memory_limit();
+      if (limit.empty()) {
+        shared->note(Shared::Thrown::kInputError,
+                     fmt::format("{} takes more than {} GiB of memory", doing, ActivityLimits().memory_bytes >> 30));
+      } else {  // that of a shell says nothing of the input
+        shared->note(Shared::Thrown::kOther,
+                     fmt::format("{} takes more than this shell allows, {}: raise the limit", doing, limit));
+      }
     } catch (const std::exception& error) {
       shared->note(Shared::Thrown::kOther, error.what());
     } catch (...) {

@@ -158,6 +158,10 @@ struct Balance {
   std::vector<double> inertial, still, torque, direction, rate;
 };
 
+void negate(std::vector<double>& values) {
+  for (double& value : values) value = -value;
+}
+
 // `factor` times the angles: for the question whether they are degrees.
 class Balancer {
  public:
@@ -812,14 +816,14 @@ class Checker {
     hands(log, balances);
   }
 
-  // Whether the model moves so with a joint's axis turned around, with two joints exchanged, or with an angle that is
-  // measured against the world.
+  // Whether the model moves so with a joint's targets or its axis turned around, with two joints exchanged, or with an
+  // angle that is measured against the world.
   bool another_reading(const MeasuredLog& log, const std::vector<Balance>& balances) {
     constexpr size_t kMostJoints = 6, kMostSamples = 20'000;
     constexpr double kFits = 0.15, kGood = 0.35, kBetter = 0.5;  // of misfit_of(); times
     const size_t joints = log.joints.size();
     const std::optional<double> given = misfit_of(balances);
-    if (!given || *given < kFits || joints < 2 || joints > kMostJoints || log.samples() > kMostSamples) return false;
+    if (!given || *given < kFits || joints > kMostJoints || log.samples() > kMostSamples) return false;
     LogFinding best;
     double least = std::min(kGood, kBetter * *given);
     const auto attempt = [&](const auto& change, LogFinding finding) {
@@ -836,11 +840,18 @@ class Checker {
     const auto slide = [&](size_t j) { return model_.joints[log.joints[j].joint].is_slide(); };
     for (size_t j = 0; j < joints; ++j) {
       const std::string& name = joint_name(log.joints[j]);
+      if (log.joints[j].torque.empty() && !log.joints[j].target.empty()) {
+        attempt(
+            [&](std::vector<MeasuredJoint>& read) { negate(read[j].target); },
+            {.kind = "torque sign",
+             .column = name + ".target",
+             .text = fmt::format("the robot moves so with '{}.target' the other way round: its sign is wrong", name),
+             .fix = fmt::format("give \"{}.target\" = -1 in [scale]", name)});
+      }
+      if (joints < 2) continue;  // gravity alone tells its axis, and may have another cause
       attempt(
           [&](std::vector<MeasuredJoint>& read) {
-            for (auto* values : {&read[j].position, &read[j].torque, &read[j].target}) {
-              for (double& value : *values) value = -value;
-            }
+            for (auto* values : {&read[j].position, &read[j].torque, &read[j].target}) negate(*values);
           },
           {.kind = "flipped axis",
            .column = name,

@@ -512,7 +512,10 @@ class Matcher {
       for (const Scored& scored : raw.scored) {
         LogResult log;
         log.log = question_.logs[scored.log].name;
-        std::vector<WindowError> untuned, fitted, floor;
+        std::vector<bool> own(question_.logs.size(), false);
+        own[scored.log] = true;
+        const std::vector<size_t> report = windows_of(WindowUse::kReport, own);
+        std::vector<WindowError> untuned, fitted, floor, at_rest;
         for (size_t w = 0; w < scored.fitted.size(); ++w) {
           ++log.windows;
           if (floors.at({scored.log, w}) > kUnpredictable) {
@@ -521,6 +524,7 @@ class Matcher {
           }
           log.failed += scored.fitted[w].failed ? 1 : 0;
           untuned.push_back(scored.untuned[w]), fitted.push_back(scored.fitted[w]), floor.push_back(scored.floor[w]);
+          at_rest.push_back(windows_.error_at_rest(windows_.all()[report[w]]));
           if (w < scored.phases.size()) {
             for (size_t p = 0; p < phases.size(); ++p) {
               phases[p].insert(phases[p].end(), scored.phases[w][p].begin(), scored.phases[w][p].end());
@@ -534,10 +538,14 @@ class Matcher {
               kUnpredictable));
           // then what fits are made of has to do
           untuned = scored.untuned_short, fitted = scored.fitted_short;
+          for (const size_t brief : windows_of(WindowUse::kFit, own)) {
+            at_rest.push_back(windows_.error_at_rest(windows_.all()[brief]));
+          }
         }
         if (fitted.empty()) continue;
         log.untuned = figures_of(mean_error(untuned), windows_), log.fitted = figures_of(mean_error(fitted), windows_);
         log.floor = figures_of(mean_error(floor), windows_);
+        log.at_rest = figures_of(mean_error(at_rest), windows_);
         if (!scored.fitted_short.empty()) {
           log.untuned_short = figures_of(mean_error(scored.untuned_short), windows_);
           log.fitted_short = figures_of(mean_error(scored.fitted_short), windows_);
@@ -793,6 +801,12 @@ class Matcher {
 bool ContenderResult::worse_than_untuned() const {
   constexpr double kEqual = 1e-3;  // of the error: what is only rounding, as where the fit has found the model's values
   return score.value > (1 + kEqual) * untuned_score.value;
+}
+
+bool ContenderResult::no_better_than_rest() const {
+  double fitted = 0, at_rest = 0;
+  for (const LogResult& log : logs) fitted += log.fitted.score(), at_rest += log.at_rest.score();
+  return fitted >= at_rest;
 }
 
 double ErrorFigures::score() const {

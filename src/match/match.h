@@ -50,6 +50,7 @@ struct LogResult {
   ErrorFigures untuned, fitted;              // over the windows that are reported
   ErrorFigures untuned_short, fitted_short;  // over those that fits are made of
   ErrorFigures floor;                        // what the noise of the first states makes of it
+  ErrorFigures at_rest;                      // of what stays where the windows begin: a fit has to be better
   int windows = 0, unpredictable = 0, failed = 0;
 };
 
@@ -85,6 +86,8 @@ struct ContenderResult {
 
   // Whether the fit explains held-out logs less well than the model as it is.
   bool worse_than_untuned() const;
+  // It predicts the motion no better than if nothing moved.
+  bool no_better_than_rest() const;
 };
 
 struct MatchAnswer {

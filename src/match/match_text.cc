@@ -109,9 +109,17 @@ std::string answer_text(const MatchQuestion& question, const MatchAnswer& answer
   }
   const std::string over =
       answer.whole ? "over whole motions" : fmt::format("over {:g} s", question.config.report_window_s);
-  text += fmt::format("{} moves as {} did within {} {}, on logs that its fit did not see", best.contender,
-                      question.like.empty() ? "the robot" : question.like,
-                      in_words(mean_of(best.logs, &LogResult::fitted)), over);
+  const std::string whom = question.like.empty() ? "the robot" : question.like;
+  const std::string fitted = in_words(mean_of(best.logs, &LogResult::fitted));
+  if (best.no_better_than_rest()) {
+    text += fmt::format(
+        "No contender moves as {} did: the nearest, {}, is off by {} {}, on logs that its fit did not see; what stays "
+        "where it starts is off by {}",
+        whom, best.contender, fitted, over, in_words(mean_of(best.logs, &LogResult::at_rest)));
+  } else {
+    text += fmt::format("{} moves as {} did within {} {}, on logs that its fit did not see", best.contender, whom,
+                        fitted, over);
+  }
   std::vector<std::string> good;
   for (const ContenderResult& result : answer.contenders) {
     if (result.failure.empty() && &result != &best && result.as_good_as_best) good.push_back(result.contender);
@@ -153,6 +161,7 @@ Json match_json(const MatchQuestion& question, const MatchAnswer& answer) {
       one["held_out"] = json_of(mean_of(result.logs, &LogResult::fitted));
       one["untuned"] = json_of(mean_of(result.logs, &LogResult::untuned));
       one["floor"] = json_of(mean_of(result.logs, &LogResult::floor));
+      one["at_rest"] = json_of(mean_of(result.logs, &LogResult::at_rest));
       one["floor_score"] = mean_of(result.logs, &LogResult::floor).score();
       if (!answer.whole) {
         one["held_out_short"] = json_of(mean_of(result.logs, &LogResult::fitted_short));
@@ -201,6 +210,7 @@ Json match_json(const MatchQuestion& question, const MatchAnswer& answer) {
                                {"held_out", json_of(log.fitted)},
                                {"untuned", json_of(log.untuned)},
                                {"floor", json_of(log.floor)},
+                               {"at_rest", json_of(log.at_rest)},
                                {"held_out_short", json_of(log.fitted_short)},
                                {"untuned_short", json_of(log.untuned_short)}});
       }

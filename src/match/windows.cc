@@ -315,6 +315,14 @@ WindowError Windows::error(const Window& window, const MatchRun& run) const {
   return mean_error(sample_errors(window, run));
 }
 
+WindowError Windows::error_at_rest(const Window& window) const {
+  const size_t row = window.joints.size() + 7 * window.message.flights.size();
+  std::vector<double> still;
+  still.reserve(window.measured.size());
+  for (size_t i = 0; i < window.measured.size(); ++i) still.push_back(window.measured[i % row]);
+  return mean_error(compare(window, still, window.measured));
+}
+
 WindowError Windows::distance(const Window& window, const MatchRun& a, const MatchRun& b) const {
   return mean_error(compare(window, compared(window, a, joints_), compared(window, b, joints_)));
 }

@@ -69,6 +69,8 @@ class Windows {
   WindowError error(const Window& window, const MatchRun& run) const;
   // The errors of single samples, joints' or (position, rotation) pairs, for what is left and where.
   std::vector<WindowError> sample_errors(const Window& window, const MatchRun& run) const;
+  // The error of what stays at the first measured sample.
+  WindowError error_at_rest(const Window& window) const;
   // How far two simulations of one window are apart.
   WindowError distance(const Window& window, const MatchRun& a, const MatchRun& b) const;
 

@@ -313,7 +313,7 @@ class Match(AssayTest):
         self.refused("run", "pendulum.xml", "--like-real", "matched", naming=["match.json"])
 
     def test_another_drive_is_another_question(self):
-        self.write("pendulum.xml", pendulum(damping=0.02, mass=0.4))
+        self.write("pendulum.xml", pendulum(damping=0.06, mass=0.5))
         logs = self.swings(count=2)
         untuned = []
         for law in ("none", "torque"):

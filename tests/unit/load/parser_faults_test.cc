@@ -238,7 +238,7 @@ TEST(ParserFaults, WhatMjcfDoesNotKnowCanBeLeftOut) {
   const std::string text = document_with(
       "<worldbody>\n<body name='arm' colour='red\n'><joint name='elbow' slack='1' damping='2'/><geom name='ball' "
       "size='0.1'/>"
-      "<skin>\n<bone/> <!-- </skin> --> </skin>\n<composite/></body>\n<body name='lid' mocap='true'/></worldbody>");
+      "<skin>\n<bone/> <!-- </skin> --> </skin>\n<composite/></body>\n<body name='lid' gravcomp='1'/></worldbody>");
   const LoadReport refused = inspect_model_text(text, "r.xml");
   EXPECT_THAT(refusal_of(refused), AllOf(StartsWith("body 'arm' (line 3) has an attribute 'colour'"),
                                          HasSubstr("--drop-unsupported, which ignores it")));

@@ -34,12 +34,12 @@ export function valueRows(report: Report): Row[] {
   return rows;
 }
 
-// The layout of `assay export`: a value's name stands for its measure.
+// The layout of `assay export`, whose CSV has no reasons: a value's name stands for its measure.
 const kFields = ["system", "contender", "timestep_ms", "measure", "value", "unit", "outcome", "low", "high"] as const;
 
-function exported(row: Row): Record<(typeof kFields)[number], string | number | null> {
-  const { system, contender, timestep_ms, unit, outcome, low, high } = row;
-  const common = { system, contender, timestep_ms, measure: row.value || row.measure, unit: unit || null, outcome };
+function exported(row: Row): Record<(typeof kFields)[number] | "reason", string | number | null> {
+  const { system, contender, timestep_ms, unit, outcome, reason, low, high } = row;
+  const common = { system, contender, timestep_ms, measure: row.value || row.measure, unit: unit || null, outcome, reason };
   if (row.bound) return { ...common, value: null, low: 0, high: row.figure };
   return { ...common, value: row.figure, low, high };
 }
