@@ -401,10 +401,15 @@ std::string write_report(const std::string& results_dir, const std::string& out_
   within.most_bytes -= std::min(within.most_bytes, page_text(more).size());
   json data = report_data(store, within);
   data.update(more);
-  write_file(out_file, report_html(data));
-  const auto left_out =
-      std::ranges::find_if(data["manifest"], [](const json& entry) { return entry["key"] == kLeftOut; });
-  return left_out == data["manifest"].end() ? "" : (*left_out)["value"].get<std::string>();
+  const std::string html = report_html(data);
+  write_file(out_file, html);
+  const auto entry = std::ranges::find_if(data["manifest"], [](const json& each) { return each["key"] == kLeftOut; });
+  std::string left_out = entry == data["manifest"].end() ? "" : (*entry)["value"].get<std::string>();
+  if (html.size() > options.most_bytes) {
+    left_out += fmt::format("{}it has {:.1f} MB all the same, because one system alone takes more than --size",
+                            left_out.empty() ? "nothing; " : "; ", static_cast<double>(html.size()) / 1e6);
+  }
+  return left_out;
 }
 
 }  // namespace assay

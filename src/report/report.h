@@ -38,7 +38,7 @@ std::string report_html(const nlohmann::json& data);
 // Throws InputError when `results_dir` holds no results (or those of another version), SystemError when `out_file`
 // cannot be written.
 void write_report(const std::string& results_dir, const std::string& out_file);
-// Returns what was left out, "" for nothing.
+// Returns what was left out, and that the page is larger than asked where it is; "" for nothing.
 std::string write_report(const std::string& results_dir, const std::string& out_file, const nlohmann::json& more,
                          const ReportOptions& options = {});
 

@@ -252,6 +252,9 @@ TEST_F(ReportTest, ShowsWhatFitsAndNamesTheRest) {
   write_report(dir_, dir_ + "/small.html", more, {.most_bytes = most});
   EXPECT_LE(std::filesystem::file_size(dir_ + "/small.html"), most);
   EXPECT_THAT(some["manifest"].dump(), AllOf(HasSubstr("left_out"), HasSubstr("system-7")));
+  EXPECT_THAT(write_report(dir_, dir_ + "/least.html", json::object(), {.most_bytes = 1000}),
+              HasSubstr("MB all the same"))
+      << "one system is always shown";
 
   const json chosen = report_data(store, {.systems = {"system-7"}, .most_bytes = most});
   EXPECT_EQ(chosen["cells"].size(), 50U);
