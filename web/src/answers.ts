@@ -78,7 +78,7 @@ function tile(view: SystemView, palette: Palette, robots: boolean): HTMLElement 
   const update = () => {
     if (!robots) {
       const small = smallPlot(view, palette, kPlot.width, kPlot.height);
-      plot.replaceChildren(...(small ? [small] : [el("p", { class: "quiet" }, view.cells.every((cell) => cell.outcome !== "ok") ? `None of ${counted(view.cells.length, "cell")} has a sound result.` : view.isTimed ? "One timestep was timed." : "No step was timed.")]));
+      plot.replaceChildren(...(small ? [small] : [el("p", { class: "quiet" }, view.cells.length > 0 && view.cells.every((cell) => cell.outcome !== "ok") ? `None of ${counted(view.cells.length, "cell")} has a sound result.` : view.isTimed ? "One timestep was timed." : "No step was timed.")]));
     }
     clear(answer);
     for (const child of shortAnswer(view, palette)) if (child) answer.append(child);

@@ -142,7 +142,7 @@ export function transfers(report: Report, matrix: TransferMatrix, palette: Palet
   const against = matrix.rows.some((row) => row.against_training)
     ? `Falls more or less often: the share differs from that of training by the rank test, p at most ${matrix.told_apart} after a correction for the number of rows. ! and ▲: an error, the slip or the power is at least ${matrix.many_times} times that of training, even by the near ends of the 95 % intervals.`
     : "";
-  const facts = [runs === 0 ? "no run has a sound result" : `${counted(runs, "run")} of ${quantity(matrix.duration_s, "s")} each`, matrix.policy, matrix.pushes ?? "", matrix.trained_in ? `trained in ${matrix.trained_in}${at}` : ""].filter(Boolean);
+  const facts = [runs === 0 ? "No run has a sound result" : `${counted(runs, "run")} of ${quantity(matrix.duration_s, "s")} each`, matrix.policy, matrix.pushes ?? "", matrix.trained_in ? `trained in ${matrix.trained_in}${at}` : ""].filter(Boolean);
   const drawn = report.json.pictures?.find((candidate) => candidate.system === matrix.system);
   const look = drawn ? picture(drawn, 150, 90) : null;
   return [
