@@ -20,9 +20,9 @@ struct Prefix {
   double factor;
   const char* text;
 };
-constexpr std::array kPrefixes = {Prefix{1e9, "G"},   Prefix{1e6, "M"},  Prefix{1e3, "k"},  Prefix{1, ""},
-                                  Prefix{1e-3, "m"},  Prefix{1e-6, "µ"}, Prefix{1e-9, "n"}, Prefix{1e-12, "p"},
-                                  Prefix{1e-15, "f"}, Prefix{1e-18, "a"}};
+constexpr std::array kPrefixes = {Prefix{1e9, "G"},  Prefix{1e6, "M"},   Prefix{1e3, "k"},
+                                  Prefix{1, ""},     Prefix{1e-3, "m"},  Prefix{1e-6, "µ"},
+                                  Prefix{1e-9, "n"}, Prefix{1e-12, "p"}, Prefix{1e-15, "f"}};
 
 // A unit that takes prefixes: its size in the unit without one.
 struct Prefixable {
@@ -114,8 +114,12 @@ std::string number_text(double value, int digits) {
   return size == 0 || (size >= 1e-3 && size < 1e6) ? plain(value, digits) : with_power(value, digits);
 }
 
+double least_quantity(std::string_view unit) { return unit == "m" || unit == "rad" ? 1e-12 : 0; }
+
 std::string quantity_text(double value, std::string_view unit, int digits) {
   if (!std::isfinite(value)) return "–";
+  const double least = least_quantity(unit);
+  if (value != 0 && std::abs(value) < least * (1 - 1e-9)) return "below " + quantity_text(least, unit, 1);
   const auto* scaled = std::ranges::find(kPrefixable, unit, [](const Prefixable& each) { return each.unit; });
   if (scaled == kPrefixable.end()) {
     const std::string suffix = unit_text(unit);

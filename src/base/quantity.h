@@ -7,8 +7,12 @@
 
 namespace assay {
 
+// Of lengths and angles, m and rad; 0 for other units. A smaller one is rounding, and says only that it is smaller.
+double least_quantity(std::string_view unit);
+
 // Three significant digits (or `digits`), with an SI prefix where the unit takes one: "4.34 mm", "1.03 MHz",
-// "2.10 × 10⁻⁶ kg m²/s"; without a unit for "1": "0.250". "–" for a number that is not finite.
+// "2.10 × 10⁻⁶ kg m²/s"; without a unit for "1": "0.250". "below 1 pm" for what is less than least_quantity() and not
+// 0. "–" for a number that is not finite.
 std::string quantity_text(double value, std::string_view unit, int digits = 3);
 
 // A number without exponent below a million: "12.3"; else "2.10 × 10⁶".

@@ -151,9 +151,10 @@ void add_report(CLI::App& app, Action& action) {
       ->type_name("NAME,...")
       ->allow_extra_args(false);
   command
-      ->add_option("--size", options->size,
-                   "Largest size of the page (default: 10); beyond it go distributions of samples, then replays, then "
-                   "systems")
+      ->add_option(
+          "--size", options->size,
+          "Largest size of the page (default: 10); beyond it go hidden digits, distributions of samples, replays, then "
+          "systems")
       ->type_name("MB");
   add_compare_flags(*command, options->compare);
   CLI::Option* claims = command

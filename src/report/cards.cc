@@ -21,11 +21,6 @@ const ValueInfo& info_of(const SystemAnswers& answers, const std::string& value)
   return *std::ranges::find(answers.values, value, &ValueInfo::name);
 }
 
-std::string error_text(double error, const std::string& unit) {
-  const double least = error_resolution(unit);
-  return error < least ? "under " + quantity_text(least, unit, 1) : quantity_text(error, unit);
-}
-
 // `figures` are of `point`; without one they are the whole text.
 struct CardText {
   const Point* point = nullptr;  // that answers; null where none does
@@ -70,7 +65,7 @@ std::string candidate_figures(const SystemAnswers& answers, const Candidate& can
       fmt::format("{}{} real time", candidate.speed.timed ? "" : "about ", realtime_text(candidate.speed.factor.value));
   const auto own = candidate.worst.find(answers.main);
   if (own != candidate.worst.end()) {
-    text += fmt::format(", {} {}", info.brief, error_text(own->second.value.value, info.unit));
+    text += fmt::format(", {} {}", info.brief, quantity_text(own->second.value.value, info.unit));
   }
   const std::string edge = edge_text(edge_of(answers, candidate, limits));
   return edge.empty() ? text : text + " (" + edge + ")";
@@ -157,7 +152,7 @@ json largest_sound(const SystemAnswers& answers) {
   const bool at_end = std::ranges::none_of(answers.points, is_tried);
   if (known) {
     const ValueInfo& info = info_of(answers, answers.main);
-    figures.push_back(fmt::format("{} {}", info.brief, error_text(error(best), info.unit)));
+    figures.push_back(fmt::format("{} {}", info.brief, quantity_text(error(best), info.unit)));
   }
   if (there.size() > 1) {
     figures.push_back(

@@ -1,6 +1,7 @@
 #include "report/report.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -46,8 +47,15 @@ json rounded(std::optional<double> value, int digits = 4) {
   return std::round(*value * digit) / digit;
 }
 
-// Values whole, or to six digits where the page has to be small: it shows three, and what it computes from them follows
-// views, which are whole.
+// How much of cells the page has. To six digits where it has to be small: it shows three, and what it computes from
+// them follows views, which are whole.
+struct Detail {
+  bool samples, whole;
+  const char* left_out;
+};
+constexpr std::array<Detail, 3> kDetails = {
+    {{true, true, ""}, {true, false, ""}, {false, false, "distributions of samples"}}};
+
 json cell_json(const Cell& cell, const std::vector<SampleSeries>& samples, bool whole) {
   json values = json::array();
   const auto number_of = [&](std::optional<double> value) { return whole ? number(value) : rounded(value, 6); };
@@ -85,137 +93,6 @@ json claims_data(const Results& results) {
   return std::ranges::all_of(judgements, silent) ? json::array() : claims_json(judgements);
 }
 
-// What the page shows of cells, and the systems that are left.
-struct Shown {
-  std::set<std::string> systems;
-  json cells = json::array(), views = json::array();
-  size_t without_room = 0;  // systems
-  std::string left_out;
-};
-
-constexpr const char* kLeftOut = "left_out";
-
-size_t page_bytes(const json& data) {
-  return report_page_before().size() + report_page_between().size() + report_page_after().size() +
-         dump_json(data).size();
-}
-
-// System by system in their order, where there is room: with the samples' distributions if all fits so.
-// Makes the views that `views` lacks: a later call with other room finds them there.
-Shown what_fits(const Results& results, const ReportOptions& options, size_t other_bytes,
-                std::map<std::string, json>& views) {
-  const std::vector<std::string> viewed = viewed_systems(results);
-  std::map<std::string, std::vector<const Cell*>> cells;
-  for (const Cell& cell : results.cells()) cells[cell.system].push_back(&cell);
-  const size_t room = options.most_bytes > other_bytes ? options.most_bytes - other_bytes : 0;
-  Shown shown;
-  std::vector<std::string> without_room;
-  for (const bool with_samples : {true, false}) {
-    shown = {};
-    without_room.clear();
-    size_t bytes = 0;
-    for (const std::string& system : results.systems()) {
-      if (!options.systems.empty() && std::ranges::find(options.systems, system) == options.systems.end()) continue;
-      json of_system = json::array();
-      for (const Cell* cell : cells[system]) {
-        of_system.push_back(cell_json(
-            *cell, with_samples ? results.store().samples(cell->id) : std::vector<SampleSeries>{}, with_samples));
-      }
-      if (!views.contains(system) && std::ranges::find(viewed, system) != viewed.end()) {
-        views[system] = view_of(results, system);
-      }
-      const auto size = [](const json& part) { return dump_json(part).size(); };
-      const auto view = views.find(system);
-      const size_t with_it = bytes + size(of_system) + (view == views.end() ? 0 : size(view->second));
-      if (with_it > room && (with_samples || !shown.systems.empty())) {
-        without_room.push_back(system);
-        if (with_samples) break;
-        continue;
-      }
-      bytes = with_it;
-      shown.systems.insert(system);
-      for (json& cell : of_system) shown.cells.push_back(std::move(cell));
-      if (view != views.end()) shown.views.push_back(view->second);
-    }
-    if (without_room.empty()) {
-      if (!with_samples) shown.left_out = "distributions of samples";
-      return shown;
-    }
-  }
-  shown.left_out = "distributions of samples";
-  shown.without_room = without_room.size();
-  if (!without_room.empty()) {
-    shown.left_out +=
-        fmt::format("; of {} systems {}: {}", results.systems().size(), without_room.size(), join(without_room, ", "));
-  }
-  return shown;
-}
-
-// Contenders of cells that the store does not describe are shown all the same.
-void add_unknown_contenders(json& contenders, const json& cells) {
-  std::set<std::string> known;
-  for (const json& contender : contenders) known.insert(contender["name"].get<std::string>());
-  for (const json& cell : cells) {
-    const auto name = cell["contender"].get<std::string>();
-    if (!known.insert(name).second) continue;
-    contenders.push_back({{"name", name},
-                          {"engine", name.substr(0, name.find('-'))},
-                          {"version", ""},
-                          {"base", name},
-                          {"settings", ""},
-                          {"capabilities", json::object()},
-                          {"build", json::object()}});
-  }
-}
-
-// How much was measured, without the engine that does nothing.
-json measured_data(const Store& store, const json& cells, const std::vector<Cell>& batch_cells) {
-  std::set<std::string> harness = {kHarness}, contenders;
-  for (const ContenderRow& row : store.contenders()) {
-    if (row.engine == kHarness) harness.insert(row.name);
-  }
-  int count = 0, ok = 0;
-  const auto add = [&](const std::string& contender, std::string_view outcome) {
-    if (harness.contains(contender)) return;
-    contenders.insert(contender);
-    ++count;
-    if (outcome == outcome_text(Outcome::kOk)) ++ok;
-  };
-  for (const json& cell : cells) add(cell["contender"].get<std::string>(), cell["outcome"].get<std::string>());
-  for (const Cell& cell : batch_cells) add(cell.contender, outcome_text(cell.outcome));
-  return {{"cells", count}, {"ok", ok}, {"contenders", contenders}};
-}
-
-// The systems that are shown, in the page's order: robots, which have actuators, before what moves by itself. Systems
-// of cells that the store does not describe come last, without facts.
-json systems_data(const Store& store, const Results& results, const Shown& shown) {
-  std::set<std::string> scaled, other, batched;
-  for (const Cell& cell : results.batch_cells()) batched.insert(cell.system);
-  for (const json& cell : shown.cells) {
-    (reads(cell["measure"].get<std::string>(), Reads::kWholeRuns) ? scaled : other)
-        .insert(cell["system"].get<std::string>());
-  }
-  json driven = json::array(), rest = json::array();
-  std::set<std::string> left = shown.systems;
-  const auto add = [&](const std::string& name, json facts) {
-    const bool family = !results.family(name).empty();
-    const json& control = facts.value("control", json());
-    const bool actuated = control.is_string() && control.get<std::string>().find("actuator") != std::string::npos;
-    (actuated ? driven : rest)
-        .push_back({{"name", name},
-                    {"facts", std::move(facts)},
-                    {"section", other.contains(name) || !(family || batched.contains(name))},
-                    {"size", family && scaled.contains(name)}});
-    left.erase(name);
-  };
-  for (const SystemRow& row : store.systems()) {
-    if (shown.systems.contains(row.name)) add(row.name, object(row.json));
-  }
-  for (const std::string& name : std::set<std::string>(left)) add(name, json::object());
-  driven.insert(driven.end(), rest.begin(), rest.end());
-  return driven;
-}
-
 // JSON inside a script element. `<` would end it or open a comment; the two line separators end a line in old
 // JavaScript. Both occur inside strings only, where an escape means the same.
 std::string script_safe(const std::string& text) {
@@ -236,6 +113,161 @@ std::string script_safe(const std::string& text) {
     }
   }
   return out;
+}
+
+// What the page shows of cells, and the systems that are left.
+struct Shown {
+  std::set<std::string> systems;
+  std::vector<const Cell*> cells;
+  json rows = json::array(), views = json::array();  // rows: of `cells`
+  size_t without_room = 0;                           // systems
+  std::string left_out;
+};
+
+constexpr const char* kLeftOut = "left_out";
+
+// JSON as it stands in the page. A reason may hold whatever an engine printed: bytes that are not UTF-8 become U+FFFD.
+std::string page_text(const json& part) { return script_safe(dump_json(part)); }
+
+// The element with the cells of the page's system of that number.
+std::string cells_element(size_t system, const json& rows) {
+  return fmt::format("</script>\n    <script type=\"application/json\" data-cells=\"{}\">{}", system, page_text(rows));
+}
+
+std::vector<std::string> chosen_systems(const Results& results, const ReportOptions& options) {
+  std::vector<std::string> chosen = results.systems();
+  std::erase_if(chosen, [&](const std::string& system) {
+    return !options.systems.empty() && std::ranges::find(options.systems, system) == options.systems.end();
+  });
+  return chosen;
+}
+
+std::string without_room_text(size_t of, const std::vector<std::string>& systems) {
+  return fmt::format("; of {} systems {}: {}", of, systems.size(), join(systems, ", "));
+}
+
+// All chosen systems and their cells, with no rows and views, and the longest words about what is left out: what else
+// the page holds has at the most as much to say.
+Shown most_beside_rows(const Results& results, const ReportOptions& options) {
+  Shown all;
+  const std::vector<std::string> chosen = chosen_systems(results, options);
+  all.systems = {chosen.begin(), chosen.end()};
+  for (const Cell& cell : results.cells()) {
+    if (all.systems.contains(cell.system)) all.cells.push_back(&cell);
+  }
+  all.left_out = kDetails.back().left_out + without_room_text(results.systems().size(), chosen);
+  return all;
+}
+
+// System by system in their order, where there is room beside the `other_bytes` of the page: in as much detail as lets
+// all fit. Makes the views that `views` lacks: a later call with other room finds them there.
+Shown what_fits(const Results& results, const ReportOptions& options, size_t other_bytes,
+                std::map<std::string, json>& views) {
+  const std::vector<std::string> viewed = viewed_systems(results);
+  const std::vector<std::string> chosen = chosen_systems(results, options);
+  std::map<std::string, std::vector<const Cell*>> cells;
+  for (const Cell& cell : results.cells()) cells[cell.system].push_back(&cell);
+  const size_t room = options.most_bytes > other_bytes ? options.most_bytes - other_bytes : 0;
+  Shown shown;
+  std::vector<std::string> without_room;
+  for (const Detail& detail : kDetails) {
+    const bool last = &detail == &kDetails.back();
+    shown = {};
+    shown.left_out = detail.left_out;
+    without_room.clear();
+    size_t bytes = 0;
+    for (const std::string& system : chosen) {
+      json rows = json::array();
+      for (const Cell* cell : cells[system]) {
+        rows.push_back(cell_json(
+            *cell, detail.samples ? results.store().samples(cell->id) : std::vector<SampleSeries>{}, detail.whole));
+      }
+      if (!views.contains(system) && std::ranges::find(viewed, system) != viewed.end()) {
+        views[system] = view_of(results, system);
+      }
+      const auto view = views.find(system);
+      const size_t with_it = bytes + cells_element(chosen.size(), rows).size() +
+                             (view == views.end() ? 0 : page_text(view->second).size() + std::string_view(",").size());
+      if (with_it > room && (!last || !shown.systems.empty())) {
+        without_room.push_back(system);
+        if (!last) break;
+        continue;
+      }
+      bytes = with_it;
+      shown.systems.insert(system);
+      shown.cells.insert(shown.cells.end(), cells[system].begin(), cells[system].end());
+      for (json& row : rows) shown.rows.push_back(std::move(row));
+      if (view != views.end()) shown.views.push_back(view->second);
+    }
+    if (without_room.empty()) return shown;
+  }
+  shown.without_room = without_room.size();
+  shown.left_out += without_room_text(results.systems().size(), without_room);
+  return shown;
+}
+
+// Contenders of cells that the store does not describe are shown all the same.
+void add_unknown_contenders(json& contenders, const std::vector<const Cell*>& cells) {
+  std::set<std::string> known;
+  for (const json& contender : contenders) known.insert(contender["name"].get<std::string>());
+  for (const Cell* cell : cells) {
+    const std::string& name = cell->contender;
+    if (!known.insert(name).second) continue;
+    contenders.push_back({{"name", name},
+                          {"engine", name.substr(0, name.find('-'))},
+                          {"version", ""},
+                          {"base", name},
+                          {"settings", ""},
+                          {"capabilities", json::object()},
+                          {"build", json::object()}});
+  }
+}
+
+// How much was measured, without the engine that does nothing.
+json measured_data(const Store& store, const std::vector<const Cell*>& cells, const std::vector<Cell>& batch_cells) {
+  std::set<std::string> harness = {kHarness}, contenders;
+  for (const ContenderRow& row : store.contenders()) {
+    if (row.engine == kHarness) harness.insert(row.name);
+  }
+  int count = 0, ok = 0;
+  const auto add = [&](const Cell& cell) {
+    if (harness.contains(cell.contender)) return;
+    contenders.insert(cell.contender);
+    ++count;
+    if (cell.outcome == Outcome::kOk) ++ok;
+  };
+  for (const Cell* cell : cells) add(*cell);
+  for (const Cell& cell : batch_cells) add(cell);
+  return {{"cells", count}, {"ok", ok}, {"contenders", contenders}};
+}
+
+// The systems that are shown, in the page's order: robots, which have actuators, before what moves by itself. Systems
+// of cells that the store does not describe come last, without facts.
+json systems_data(const Store& store, const Results& results, const Shown& shown) {
+  std::set<std::string> scaled, other, batched;
+  for (const Cell& cell : results.batch_cells()) batched.insert(cell.system);
+  for (const Cell* cell : shown.cells) {
+    (reads(cell->measure, Reads::kWholeRuns) ? scaled : other).insert(cell->system);
+  }
+  json driven = json::array(), rest = json::array();
+  std::set<std::string> left = shown.systems;
+  const auto add = [&](const std::string& name, json facts) {
+    const bool family = !results.family(name).empty();
+    const json& control = facts.value("control", json());
+    const bool actuated = control.is_string() && control.get<std::string>().find("actuator") != std::string::npos;
+    (actuated ? driven : rest)
+        .push_back({{"name", name},
+                    {"facts", std::move(facts)},
+                    {"section", other.contains(name) || !(family || batched.contains(name))},
+                    {"size", family && scaled.contains(name)}});
+    left.erase(name);
+  };
+  for (const SystemRow& row : store.systems()) {
+    if (shown.systems.contains(row.name)) add(row.name, object(row.json));
+  }
+  for (const std::string& name : std::set<std::string>(left)) add(name, json::object());
+  driven.insert(driven.end(), rest.begin(), rest.end());
+  return driven;
 }
 
 }  // namespace
@@ -305,36 +337,37 @@ json report_data(const Store& store, const ReportOptions& options) {
                {"answer", stored_answer(store.manifest(kAnswerEntry).value_or(""))},
                {"phrases", phrases_json()}};
 
+  const auto finished = [&](const Shown& shown) {
+    json page = data;
+    for (const char* part : {"pictures", "agreement", "replays", "transfer", "batches"}) {
+      std::erase_if(page[part].get_ref<json::array_t&>(),
+                    [&](const json& each) { return !shown.systems.contains(each["system"].get<std::string>()); });
+    }
+    page["manifest"] = manifest;
+    if (!shown.left_out.empty()) page["manifest"].push_back({{"key", kLeftOut}, {"value", shown.left_out}});
+    page["systems"] = systems_data(store, results, shown);
+    add_unknown_contenders(page["contenders"], shown.cells);
+    page["measured"] = measured_data(store, shown.cells, results.batch_cells());
+    page["cells"] = shown.rows;
+    page["views"] = shown.views;
+    return page;
+  };
+
   std::map<std::string, json> views;
-  Shown shown = what_fits(results, options, page_bytes(data), views);
+  const Shown most = most_beside_rows(results, options);
+  Shown shown = what_fits(results, options, report_html(finished(most)).size(), views);
   // A system's figures before replays.
   ReplayOptions fewer;
   constexpr size_t kLeastReplayBytes = 1'000'000;
   while (shown.without_room > 0 && fewer.most_bytes > kLeastReplayBytes && !data["replays"].empty()) {
     fewer.most_bytes /= 2;
     data["replays"] = replays_data(store, fewer);
-    shown = what_fits(results, options, page_bytes(data), views);
+    shown = what_fits(results, options, report_html(finished(most)).size(), views);
   }
-  for (const char* part : {"pictures", "agreement", "replays", "transfer", "batches"}) {
-    json kept = json::array();
-    for (json& each : data[part]) {
-      if (shown.systems.contains(each["system"].get<std::string>())) kept.push_back(std::move(each));
-    }
-    data[part] = std::move(kept);
-  }
-  if (!shown.left_out.empty()) manifest.push_back({{"key", kLeftOut}, {"value", shown.left_out}});
-  data["manifest"] = std::move(manifest);
-  data["systems"] = systems_data(store, results, shown);
-  add_unknown_contenders(data["contenders"], shown.cells);
-  data["measured"] = measured_data(store, shown.cells, results.batch_cells());
-  data["cells"] = std::move(shown.cells);
-  data["views"] = std::move(shown.views);
-  return data;
+  return finished(shown);
 }
 
 std::string report_html(const json& data) {
-  // A reason may hold whatever an engine printed: bytes that are not UTF-8 become U+FFFD.
-  const auto text = [](const json& part) { return script_safe(dump_json(part)); };
   json rest = json::object();
   for (const auto& [key, value] : data.items()) {
     if (key != "replays" && key != "cells") rest[key] = value;
@@ -351,11 +384,10 @@ std::string report_html(const json& data) {
     const auto found = cells.find(systems[i]["name"].get<std::string>());
     if (found == cells.end()) continue;
     std::string& place = first.empty() && systems[i]["section"] == true ? first : others;
-    place +=
-        fmt::format("</script>\n    <script type=\"application/json\" data-cells=\"{}\">{}", i, text(found->second));
+    place += cells_element(i, found->second);
   }
-  return fmt::format("{}{}{}{}{}{}{}", report_page_before(), text(rest), first, report_page_between(),
-                     text(data.value("replays", json::array())), others, report_page_after());
+  return fmt::format("{}{}{}{}{}{}{}", report_page_before(), page_text(rest), first, report_page_between(),
+                     page_text(data.value("replays", json::array())), others, report_page_after());
 }
 
 void write_report(const std::string& results_dir, const std::string& out_file) {
@@ -366,13 +398,18 @@ std::string write_report(const std::string& results_dir, const std::string& out_
                          const ReportOptions& options) {
   const Store store = Store::open(results_dir);
   ReportOptions within = options;
-  within.most_bytes -= std::min(within.most_bytes, dump_json(more).size());
+  within.most_bytes -= std::min(within.most_bytes, page_text(more).size());
   json data = report_data(store, within);
   data.update(more);
-  write_file(out_file, report_html(data));
-  const auto left_out =
-      std::ranges::find_if(data["manifest"], [](const json& entry) { return entry["key"] == kLeftOut; });
-  return left_out == data["manifest"].end() ? "" : (*left_out)["value"].get<std::string>();
+  const std::string html = report_html(data);
+  write_file(out_file, html);
+  const auto entry = std::ranges::find_if(data["manifest"], [](const json& each) { return each["key"] == kLeftOut; });
+  std::string left_out = entry == data["manifest"].end() ? "" : (*entry)["value"].get<std::string>();
+  if (html.size() > options.most_bytes) {
+    left_out += fmt::format("{}it has {:.1f} MB all the same, because one system alone takes more than --size",
+                            left_out.empty() ? "nothing; " : "; ", static_cast<double>(html.size()) / 1e6);
+  }
+  return left_out;
 }
 
 }  // namespace assay

@@ -17,10 +17,10 @@ inline constexpr int kReportFormat = 4;
 // What a report shows of results that are too large for one page.
 struct ReportOptions {
   std::vector<std::string> systems = {};  // that it may show; empty: all
-  // Of the page. Beyond that it leaves out the distributions of samples, and digits of values beyond the sixth. Where
-  // systems would have to go too, replays give way first (each names what it lacks), down to a tenth of their room;
-  // then go the systems for which there is no room beside those before them. Claims are judged by all results. An entry
-  // "left_out" of the page's manifest says what it was.
+  // Of the page, which keeps to it unless one system alone is larger. Beyond it digits of values after the sixth go
+  // first, then the distributions of samples. Where systems would have to go too, replays give way first (each names
+  // what it lacks), down to a tenth of their room; then go the systems for which there is no room with those before.
+  // Claims are judged by all results. An entry "left_out" of the page's manifest says what it was.
   size_t most_bytes = 10'000'000;
 };
 
@@ -38,7 +38,7 @@ std::string report_html(const nlohmann::json& data);
 // Throws InputError when `results_dir` holds no results (or those of another version), SystemError when `out_file`
 // cannot be written.
 void write_report(const std::string& results_dir, const std::string& out_file);
-// Returns what was left out, "" for nothing.
+// Returns what was left out, and that the page is larger than asked where it is; "" for nothing.
 std::string write_report(const std::string& results_dir, const std::string& out_file, const nlohmann::json& more,
                          const ReportOptions& options = {});
 

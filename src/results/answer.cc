@@ -174,7 +174,8 @@ std::string labels_of(const std::vector<double>& timesteps_ms) {
 
 std::string with_interval(const Interval& interval, const std::string& unit) {
   std::string text = quantity_text(interval.value, unit);
-  if (interval.low == interval.high) return text;
+  // Of lengths that are all below the least one there is no more to say.
+  if (interval.low == interval.high || std::abs(interval.high) < least_quantity(unit)) return text;
   return fmt::format("{} ({} to {})", text, quantity_text(interval.low, unit), quantity_text(interval.high, unit));
 }
 
@@ -266,7 +267,8 @@ std::string held_text(const Interval& held) {
 }
 
 std::string worst_text(const Worst& worst, const std::string& unit) {
-  return (worst.is_bound ? "<= " : "") + quantity_text(worst.value.value, unit);
+  const bool below = std::abs(worst.value.value) < least_quantity(unit);  // which the text says
+  return (worst.is_bound && !below ? "<= " : "") + quantity_text(worst.value.value, unit);
 }
 
 std::string worst_line(const Worst& worst, const std::string& unit, double timestep_ms) {

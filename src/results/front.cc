@@ -5,11 +5,12 @@
 #include <limits>
 #include <tuple>
 
+#include "base/quantity.h"
 #include "base/text.h"
 
 namespace assay {
 
-double error_resolution(const std::string& unit) { return unit == "m" ? 1e-12 : 0; }
+double error_resolution(const std::string& unit) { return unit == "m" ? least_quantity(unit) : 0; }
 
 std::vector<FrontMember> pareto_front(const std::vector<FrontPoint>& points, double resolution) {
   const auto error = [&](size_t i) { return std::max(points[i].error, resolution); };

@@ -99,11 +99,11 @@ for (const [name, window] of Object.entries(kWindows)) {
     // docs/lab/robots.md has these depths by `assay check`
     for (const [system, depth] of [["talos", "93 mm"], ["romeo", "81 mm"], ["tiago", "59 mm"], ["b1", "13 mm"]]) {
       assert.ok(overlap[system].replaceAll("\u00a0", " ").includes(` by ${depth} at its start`), overlap[system]);
-      assert.equal(await page.$eval(`.card[data-system="${system}"] .caveat`, (node) => node.textContent.trim()), overlap[system]);
+      assert.equal(await page.$eval(`.card[data-system="${system}"] .caveat`, (node) => node.textContent.trim().replaceAll("\u00a0", " ")), overlap[system]);
     }
     assert.equal(overlap["ur5"], "");
     await page.select("#pick-system", "tiago");
-    assert.equal(await page.$eval(".pick-overlap", (node) => node.textContent), overlap["tiago"]);
+    assert.equal(await page.$eval(".pick-overlap", (node) => node.textContent.replaceAll("\u00a0", " ")), overlap["tiago"]);
     await close(opened);
   });
 

@@ -800,6 +800,10 @@ for (const [name, change] of [["one contender", (data) => only(data, ["mujoco-rk
     assert.deepEqual(await page.$$eval(".grid-table tbody th", (nodes) => nodes.map((node) => node.textContent)), ["mujoco"]);
     assert.match(await page.$eval(".lead", (node) => node.textContent), new RegExp(`${data.measured.contenders.length} contender`));
     assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= window.innerWidth));
+    // without kept states there is the command that draws the answer's motion
+    await page.waitForSelector("#planar-chain .replay-panel, #planar-chain .replay-none");
+    const none = await page.$$eval("#planar-chain .replay-none code", (nodes) => nodes.map((node) => node.textContent));
+    assert.ok(none.every((text) => text.startsWith("assay draw DIR planar-chain --contenders mujoco-rk4 ")), none.join());
     assert.deepEqual(trouble, []);
     await page.close();
   });
@@ -813,6 +817,8 @@ test("an interrupted run and one of failures alone say what is missing on the fi
   assert.match(await failed.page.$eval(".masthead", (node) => node.textContent), /none of the \d+ cells has a sound result/);
   const grades = await failed.page.$$eval(".grid-table .grade", (nodes) => nodes.map((node) => node.dataset.grade));
   assert.ok(grades.every((grade) => "F–".includes(grade)), grades.join());
+  const plots = await failed.page.$$eval(".card .card-plot", (nodes) => nodes.map((node) => node.textContent));
+  assert.ok(plots.every((text) => /^None of [1-9]\d* cells? has a sound result\.$/.test(text)), plots.join());
   assert.match(await failed.page.$eval("#failures .fold-note", (node) => node.textContent), /^(\d+) of \1 cells have no sound result$/);
   await failed.page.close();
 });

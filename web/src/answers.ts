@@ -3,7 +3,7 @@
 import { limitText } from "./answer";
 import { valueInfo, type Report, type SystemView, type Worst } from "./data";
 import { clear, el, type Child } from "./dom";
-import { belowFloor, floorText, realtime, timestep } from "./format";
+import { belowFloor, counted, floorText, realtime, timestep, unbroken } from "./format";
 import { kTwin } from "./grades";
 import type { Palette } from "./palette";
 import { reach } from "./places";
@@ -39,17 +39,17 @@ export function shortAnswer(view: SystemView, palette: Palette): Child[] {
   if (!best) {
     const untimed = !view.isTimed && view.json.card.answers.find((one) => one.contender !== null);
     if (untimed) return [el("b", { class: "quiet" }, "Not timed"), el("span", { class: "figures" }, `${untimed.question.toLowerCase()}: ${untimed.text}`)];
-    return [el("b", { class: "none" }, "No contender within the limits"), el("span", { class: "figures" }, nearest(view))];
+    return [el("b", { class: "none" }, "No contender within the limits"), el("span", { class: "figures" }, unbroken(nearest(view)))];
   }
   const { contender, timestep_ms: step } = best.point;
-  const button = el("button", { type: "button", class: "answer-link", "data-contender-of": contender, "data-timestep": step }, swatch(palette, contender), el("b", {}, `${contender} at ${timestep(step)} ms`));
+  const button = el("button", { type: "button", class: "answer-link", "data-contender-of": contender, "data-timestep": step }, swatch(palette, contender), el("b", {}, unbroken(`${contender} at ${timestep(step)} ms`)));
   button.addEventListener("click", () => {
     state.setShown([contender], true);
     state.choose({ system: view.system, contender, timestep: step });
   });
   const errors = Object.keys(best.worst).filter((name) => name === view.json.main).map((name) => `${valueInfo(name).short} ${worstText(name, best.worst[name]!)}`);
   const alike = found.alike.length > 0 ? [`${found.alike.length} more not told apart`] : [];
-  return [button, el("span", { class: "figures" }, [`${best.speed.timed ? "" : "about "}${best.candidate.realtime} real time`, ...errors, ...alike].join(", "))];
+  return [button, el("span", { class: "figures" }, [`${best.speed.timed ? "" : "about "}${best.candidate.realtime} real time`, ...errors, ...alike].map(unbroken).join(", "))];
 }
 
 // "Fastest within 1 mm of error, 5 mm of penetration"
@@ -73,12 +73,12 @@ function tile(view: SystemView, palette: Palette, robots: boolean): HTMLElement 
   const link = el("a", { href: `#${system}` }, system);
   const look = drawn ? picture(drawn, robots ? 150 : 56, robots ? 110 : 40) : null;
   const caveat = robots ? caveatOf(view) : "";
-  const box = el("section", { class: robots ? "card robot" : "card", "data-system": system, "aria-label": system }, robots ? look : null, el("div", { class: "card-head" }, el("h3", {}, link), robots ? null : look), robots ? null : plot, answer, caveat ? el("p", { class: "caveat" }, caveat) : null);
+  const box = el("section", { class: robots ? "card robot" : "card", "data-system": system, "aria-label": system }, robots ? look : null, el("div", { class: "card-head" }, el("h3", {}, link), robots ? null : look), robots ? null : plot, answer, caveat ? el("p", { class: "caveat" }, unbroken(caveat)) : null);
   plot.addEventListener("click", () => reach(system));
   const update = () => {
     if (!robots) {
       const small = smallPlot(view, palette, kPlot.width, kPlot.height);
-      plot.replaceChildren(...(small ? [small] : [el("p", { class: "quiet" }, view.isTimed ? "One timestep was timed." : "No step was timed.")]));
+      plot.replaceChildren(...(small ? [small] : [el("p", { class: "quiet" }, view.cells.length > 0 && view.cells.every((cell) => cell.outcome !== "ok") ? `None of ${counted(view.cells.length, "cell")} has a sound result.` : view.isTimed ? "One timestep was timed." : "No step was timed.")]));
     }
     clear(answer);
     for (const child of shortAnswer(view, palette)) if (child) answer.append(child);

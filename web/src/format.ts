@@ -13,7 +13,7 @@ const kSuperscripts: Record<string, string> = {
   "-": "⁻", "0": "⁰", "1": "¹", "2": "²", "3": "³", "4": "⁴", "5": "⁵", "6": "⁶", "7": "⁷", "8": "⁸", "9": "⁹",
 }; // prettier-ignore
 
-// What a length below says is that it is below (error_resolution in src/results/front.h); an angle alike.
+// What a length below says is that it is below; an angle alike (least_quantity in src/base/quantity.h).
 const kResolution: Record<string, number> = { m: 1e-12, rad: 1e-12 };
 
 export function belowFloor(value: number, unit: string): boolean {
@@ -113,9 +113,14 @@ export function unbroken(text: string): string {
   return text.replace(kWithUnit, "$1\u00a0");
 }
 
-// A stored value; an upper bound is shown as one.
+// A value that may be an upper bound, which what is below the floor is in any case.
+export function bounded(name: string, value: number | null, unit: string, bound: boolean | undefined): string {
+  return (bound && !belowFloor(value ?? 0, unit) ? "≤ " : "") + named(name, value, unit);
+}
+
+// A stored value.
 export function figure(value: { name: string; value: number | null; unit: string; bound?: boolean }): string {
-  return (value.bound ? "≤ " : "") + named(value.name, value.value, value.unit);
+  return bounded(value.name, value.value, value.unit, value.bound);
 }
 
 export function interval(name: string, low: number | null, high: number | null, unit: string): string {

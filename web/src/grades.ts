@@ -157,7 +157,8 @@ function worlds(report: Report, batches: Batches): Map<string, Mark> {
   const counts = new Map<number, Set<string>>();
   for (const row of batches.rows) if (row.values["batch_rate"]?.value) counts.set(row.worlds, (counts.get(row.worlds) ?? new Set()).add(engineName(report, row.contender)));
   const most = Math.max(0, ...[...counts.values()].map((set) => set.size));
-  const size = Math.max(0, ...[...counts].filter(([, set]) => set.size === most).map(([count]) => count));
+  // where none has a rate, the largest number of worlds that was tried
+  const size = counts.size === 0 ? Math.max(0, ...batches.rows.map((row) => row.worlds)) : Math.max(0, ...[...counts].filter(([, set]) => set.size === most).map(([count]) => count));
   for (const row of batches.rows) {
     if (row.worlds !== size) continue;
     const engine = engineName(report, row.contender);

@@ -7,6 +7,7 @@ import { readReport, type Report } from "./data";
 import { Drawer } from "./details";
 import { drawWaiting, el } from "./dom";
 import { folded, Frame, mastheadOf, part } from "./frame";
+import { counted } from "./format";
 import { engineGrid } from "./grid";
 import { buildMatch } from "./match";
 import { Palette } from "./palette";
@@ -52,8 +53,9 @@ function lead(report: Report): string {
   const systems = report.json.systems.length;
   const lines = new Set([...contenders].map((name) => report.varied(name))).size;
   const swept = lines < contenders.size ? ` in ${contenders.size} settings` : "";
-  const body = `${lines} contenders of ${engineNames.size} engines${swept} on ${systems} ${systems === 1 ? "system" : "systems"}`;
-  return ok === 0 ? `${body}: none of the ${cells} cells has a sound result.` : `${body}; ${ok} of ${cells} cells have a sound result.`;
+  const body = `${counted(lines, "contender")} of ${counted(engineNames.size, "engine")}${swept} on ${counted(systems, "system")}`;
+  const result = ok === 0 ? `${body}: none of the ${counted(cells, "cell")} has a sound result.` : `${body}; ${ok} of ${counted(cells, "cell")} have a sound result.`;
+  return report.manifest("started") && !report.manifest("finished") ? `${result} The run has not ended: more may follow.` : result;
 }
 
 // Contenders of the campaign whose engine is not there.
@@ -105,7 +107,8 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
   }
   if (!policies && transferred.length > 0) addTransfer();
   if (report.answered.length > 0 && !policies) {
-    const what = paged ? "Each opens a page of its own." : "The ring is the answer within your limits, the dashed line the limit, the broad line the front.";
+    const plotted = report.answered.some((view) => view.json.candidates.length > 0);
+    const what = paged ? "Each opens a page of its own." : !plotted ? "" : "The ring is the answer within your limits, the dashed line the limit, the broad line the front.";
     add(part("answers", "All systems", what), "Systems", () => [cards(report, palette)]);
   }
   if (!measured) {

@@ -135,7 +135,7 @@ export function picker(report: Report, palette: Palette): HTMLElement {
       found.append(none(words, limits));
     }
     const { overlap } = viewOf(question.system).json;
-    if (overlap) found.append(el("p", { class: "pick-overlap" }, overlap));
+    if (overlap) found.append(el("p", { class: "pick-overlap" }, unbroken(overlap)));
     const grounds = words.grounds();
     if (grounds.length > 0) found.append(el("details", { class: "pick-grounds" }, el("summary", {}, words.say("grounds")), ...grounds.map((text) => el("p", { class: "quiet" }, text))));
     const left = words.leftOut();

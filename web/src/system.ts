@@ -4,7 +4,7 @@ import { valueInfo, type System, type SystemView } from "./data";
 import { el } from "./dom";
 import { questionText, shortAnswer } from "./answers";
 import { fold } from "./fold";
-import { counted } from "./format";
+import { counted, timestep, unbroken } from "./format";
 import { kTwin } from "./grades";
 import { LimitSlider } from "./limit";
 import { modelNotes } from "./notes";
@@ -60,11 +60,19 @@ function others(view: SystemView): HTMLElement {
   return el("ul", { class: "other-answers" }, ...rest.map((one) => el("li", { "data-answer": one.id }, `${one.question}: `, one.contender ? el("b", {}, one.text) : one.text)), view.json.card.caveat ? el("li", {}, view.json.card.caveat) : null);
 }
 
+// How to see what the results keep no states of: the answer's motion, else that of the first sound point.
+function withoutReplay(view: SystemView): HTMLElement | null {
+  const point = wishes.answer(view).found.passing[0]?.point ?? view.json.points.find((one) => one.sound);
+  if (!point) return null;
+  const file = `${view.system}.mp4`;
+  return el("p", { class: "quiet note replay-none" }, "There is no replay here, because these results hold no states of its runs. A movie of one, run again: ", el("code", {}, `assay draw DIR ${view.system} --contenders ${point.contender} --timestep ${timestep(point.timestep_ms)} --out ${file}`));
+}
+
 // Fills `section` with its head, answer and plot; what comes below them is drawn by the functions returned, in their order.
 export function fillSystem(section: HTMLElement, view: SystemView, system: System, palette: Palette): (() => void)[] {
   const drawn = view.report.json.pictures?.find((candidate) => candidate.system === view.system);
   const twin = view.report.mainSystems.find((other) => kTwin.test(other.name) && other.name.replace(kTwin, "") === view.system);
-  const head = el("div", { class: "system-head" }, el("div", {}, el("h2", {}, view.system), systemFacts(system), modelNotes(system.facts["notes"]), view.json.overlap ? el("p", { class: "overlap" }, view.json.overlap) : null, twin ? el("p", { class: "twin" }, el("a", { href: `#${twin.name}` }, `${twin.name}: the same robot without gravity and contacts, against a reference solution`)) : null), drawn ? picture(drawn, 110, 74) : "");
+  const head = el("div", { class: "system-head" }, el("div", {}, el("h2", {}, view.system), systemFacts(system), modelNotes(system.facts["notes"]), view.json.overlap ? el("p", { class: "overlap" }, unbroken(view.json.overlap)) : null, twin ? el("p", { class: "twin" }, el("a", { href: `#${twin.name}` }, `${twin.name}: the same robot without gravity and contacts, against a reference solution`)) : null), drawn ? picture(drawn, 110, 74) : "");
   section.replaceChildren(head);
   if (view.cells.length === 0) {
     section.append(el("p", { class: "quiet" }, "No cell of this system has been run yet."));
@@ -120,7 +128,7 @@ export function fillSystem(section: HTMLElement, view: SystemView, system: Syste
   const settings = view.contenders.length;
   return [
     () => {
-      const replay = replayPanel(view, palette);
+      const replay = replayPanel(view, palette) ?? withoutReplay(view);
       if (!replay) return;
       main.append(replay);
       if (!body.isConnected) folds.before(body);

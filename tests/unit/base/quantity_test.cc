@@ -29,9 +29,17 @@ TEST(Quantity, IsWrittenWithThreeDigitsAndAPrefix) {
   EXPECT_EQ(quantity_text(-2.5e-7, "J", 2), "−250 nJ");
   EXPECT_EQ(quantity_text(12.5, "us"), "12.5 µs");
   EXPECT_EQ(quantity_text(1030, "kHz"), "1.03 MHz");
-  EXPECT_EQ(quantity_text(3.2e-21, "m"), "3.20\u2009×\u200910⁻²¹ m");
+  EXPECT_EQ(quantity_text(3.2e-21, "J"), "3.20\u2009×\u200910⁻²¹ J");
   EXPECT_EQ(quantity_text(2.1e-6, "kg m^2/s"), "2.10\u2009×\u200910⁻⁶ kg m²/s");
   EXPECT_EQ(quantity_text(std::numeric_limits<double>::infinity(), "m"), "–");
+}
+
+TEST(Quantity, BelowWhatRoundingLeavesIsSaidToBeBelow) {
+  EXPECT_EQ(quantity_text(5e-16, "m"), "below 1 pm");
+  EXPECT_EQ(quantity_text(-9.9e-13, "rad"), "below 1 prad");
+  EXPECT_EQ(quantity_text(least_quantity("m"), "m"), "1.00 pm");
+  EXPECT_EQ(quantity_text(0, "rad"), "0 rad");
+  EXPECT_EQ(quantity_text(5e-16, "J"), "500\u2009×\u200910⁻¹⁸ J");  // no floor is known of energies
 }
 
 TEST(Quantity, NumbersWithoutUnit) {

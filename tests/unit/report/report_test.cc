@@ -218,10 +218,13 @@ TEST_F(ReportTest, ShowsWhatFitsAndNamesTheRest) {
     cell.contender = fmt::format("contender-{}", i % 50);
     cell.timestep_ms = 1;
     cell.measure = "consistency";
-    cell.values = {{"consistency", "m", 0.1, {}, {}}};
+    cell.values = {{"consistency", "m", 0.1234567890123, {}, {}}};
+    // what the page has to escape takes more room than its JSON
+    if (i < 50) cell.outcome = Outcome::kUnstable, cell.reason = std::string(20, '<');
     store.put_cell(cell, {{"piece_error_m", std::vector<double>(20, 0.123456)}});
   }
   const json all = report_data(store);
+  EXPECT_EQ(all["cells"][0]["values"][0]["value"], 0.1234567890123);
   EXPECT_EQ(all["systems"].size(), 8U);
   EXPECT_FALSE(all["cells"][0]["samples"].empty());
   EXPECT_THAT(all["manifest"].dump(), Not(HasSubstr("left_out")));
@@ -229,8 +232,13 @@ TEST_F(ReportTest, ShowsWhatFitsAndNamesTheRest) {
   const size_t whole = report_html(all).size();
   size_t samples = 0;
   for (const json& cell : all["cells"]) samples += cell["samples"].dump().size();
+  const json shorter = report_data(store, {.most_bytes = whole - 1000});
+  EXPECT_EQ(shorter["cells"][0]["values"][0]["value"], 0.123457) << "digits that the page does not show go first";
+  EXPECT_FALSE(shorter["cells"][0]["samples"].empty());
+  EXPECT_THAT(shorter["manifest"].dump(), Not(HasSubstr("left_out")));
+  EXPECT_LE(report_html(shorter).size(), whole - 1000);
   const json without = report_data(store, {.most_bytes = whole - samples / 2});
-  EXPECT_EQ(without["systems"].size(), 8U) << "the samples' distributions go first";
+  EXPECT_EQ(without["systems"].size(), 8U) << "then the samples' distributions";
   EXPECT_TRUE(without["cells"][0]["samples"].empty());
 
   const size_t most =
@@ -239,8 +247,14 @@ TEST_F(ReportTest, ShowsWhatFitsAndNamesTheRest) {
   EXPECT_LT(some["systems"].size(), 8U);
   EXPECT_GT(some["systems"].size(), 1U);
   EXPECT_EQ(some["views"].size(), some["systems"].size());
-  EXPECT_LE(report_html(some).size(), most + 1000);
+  EXPECT_LE(report_html(some).size(), most);
+  const json more = {{"changes", {{"note", std::string(1000, '<')}}}};
+  write_report(dir_, dir_ + "/small.html", more, {.most_bytes = most});
+  EXPECT_LE(std::filesystem::file_size(dir_ + "/small.html"), most);
   EXPECT_THAT(some["manifest"].dump(), AllOf(HasSubstr("left_out"), HasSubstr("system-7")));
+  EXPECT_THAT(write_report(dir_, dir_ + "/least.html", json::object(), {.most_bytes = 1000}),
+              HasSubstr("MB all the same"))
+      << "one system is always shown";
 
   const json chosen = report_data(store, {.systems = {"system-7"}, .most_bytes = most});
   EXPECT_EQ(chosen["cells"].size(), 50U);

@@ -7,7 +7,7 @@ import { exceeds } from "../answer";
 import { isReference, valueInfo, type Cell, type Outcome, type Speed, type SystemView } from "../data";
 import { clear, el, onWidth, svg, textWidth, uniqueId } from "../dom";
 import { downloads, type CsvRow } from "../download";
-import { belowFloor, figure, floorText, hasPrefixes, interval, named, quantity, realtime, timestep, timestepRange, unitText } from "../format";
+import { belowFloor, bounded, figure, floorText, hasPrefixes, interval, quantity, realtime, timestep, timestepRange, unitText } from "../format";
 import { markPath, type Palette } from "../palette";
 import { markContenders, state } from "../state";
 import { facts, tooltip } from "../tooltip";
@@ -667,7 +667,7 @@ export class SpeedAccuracy {
       facts([
         ["timestep", `${timestep(point.timestep)} ms`],
         ...this.settings(point.contender),
-        [info.label.toLowerCase(), point.error === null ? point.cell.outcome : (isBound(point, this.name) ? "≤ " : "") + named(this.name, point.error, unit)],
+        [info.label.toLowerCase(), point.error === null ? point.cell.outcome : bounded(this.name, point.error, unit, isBound(point, this.name))],
         ["interval", interval(this.name, point.low, point.high, unit)],
         // an error of contacts says little without how far they give way
         ...["penetration_max", "grasp_slip", "rebound"].filter((name) => name !== this.name).map((name): [string, string | null] => {

@@ -34,6 +34,7 @@ function share(value: number, low: number | null, high: number | null): SVGSVGEl
 function cell(matrix: TransferMatrix, row: TransferRow | undefined): HTMLElement {
   if (!row) return el("td", { class: "transfer-cell none" }, "");
   const { sign, word, style } = kVerdicts[row.verdict];
+  const failed = row.verdict === "no run" && row.outcome !== "ok";
   const rate = row.values["fall_rate"];
   const fallen = rate?.value === null || rate?.value === undefined ? null : Math.round(rate.value * row.runs);
   const range = rate && rate.low !== null && rate.high !== null ? `, 95 % interval of the share ${percent(rate.low)} to ${percent(rate.high)}` : "";
@@ -46,7 +47,8 @@ function cell(matrix: TransferMatrix, row: TransferRow | undefined): HTMLElement
     "button",
     { type: "button", class: "transfer-button", title: text, "data-timestep": row.timestep_ms, "data-contender-of": row.contender },
     el("span", { class: "sign" }, sign),
-    ` ${word}`,
+    ` ${failed ? row.outcome : word}`,
+    failed && row.reason ? el("small", {}, row.reason) : null,
     count ? " " : null,
     count ? el("small", {}, count + span) : null,
     rate && fallen !== null ? share(rate.value ?? 0, rate.low, rate.high) : null,
@@ -140,7 +142,7 @@ export function transfers(report: Report, matrix: TransferMatrix, palette: Palet
   const against = matrix.rows.some((row) => row.against_training)
     ? `Falls more or less often: the share differs from that of training by the rank test, p at most ${matrix.told_apart} after a correction for the number of rows. ! and ▲: an error, the slip or the power is at least ${matrix.many_times} times that of training, even by the near ends of the 95 % intervals.`
     : "";
-  const facts = [`${counted(runs, "run")} of ${quantity(matrix.duration_s, "s")} each`, matrix.policy, matrix.pushes ?? "", matrix.trained_in ? `trained in ${matrix.trained_in}${at}` : ""].filter(Boolean);
+  const facts = [runs === 0 ? "No run has a sound result" : `${counted(runs, "run")} of ${quantity(matrix.duration_s, "s")} each`, matrix.policy, matrix.pushes ?? "", matrix.trained_in ? `trained in ${matrix.trained_in}${at}` : ""].filter(Boolean);
   const drawn = report.json.pictures?.find((candidate) => candidate.system === matrix.system);
   const look = drawn ? picture(drawn, 150, 90) : null;
   return [

@@ -2,7 +2,7 @@
 import { valueInfo, type Report } from "../data";
 import { clear, el } from "../dom";
 import { csvText, save } from "../download";
-import { interval, named, timestep } from "../format";
+import { bounded, interval, timestep } from "../format";
 import { roving } from "../roving";
 
 interface Row {
@@ -94,7 +94,7 @@ export function valuesTable(report: Report): HTMLElement {
           el("th", { scope: "row" }, report.title(row.contender)),
           el("td", { class: "figure" }, row.timestep_ms === null ? "" : `${timestep(row.timestep_ms)} ms`),
           el("td", {}, row.value ? valueInfo(row.value).label : row.measure.replace(/_/g, " ")),
-          el("td", { class: "figure number" }, row.value ? (row.bound ? "≤ " : "") + named(row.value, row.figure, row.unit) : "–"),
+          el("td", { class: "figure number" }, row.value ? bounded(row.value, row.figure, row.unit, row.bound) : "–"),
           el("td", { class: "figure" }, interval(row.value, row.low, row.high, row.unit)),
           el("td", { title: row.reason || null }, row.outcome === "ok" ? "ok" : el("b", { class: "bad" }, row.outcome)),
         ),
