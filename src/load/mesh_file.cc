@@ -300,6 +300,7 @@ MeshData read_mesh(const std::string& path, const std::string& part) {
   Assimp::Importer importer;
   importer.SetIOHandler(new OneFile(path));  // the importer deletes it
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, !part.empty());  // not its ids
   const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
   if (scene == nullptr || scene->mRootNode == nullptr) {
     std::string why = importer.GetErrorString();

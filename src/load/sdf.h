@@ -50,7 +50,7 @@ struct SdfJoint {
 
 struct SdfShape {
   std::string name = {}, type = {}, mesh = {};  // type: SDF's element; mesh: a key of UrdfDocument::meshes
-  Vec3 size = Vec3::Zero();      // box: edges; ellipsoid: semi-axes; else radius and length
+  Vec3 size = Vec3::Zero();                     // box: edges; ellipsoid: semi-axes; else radius and length
   Pose X_BS = {};
   double friction = 1;
   int bits = 0xffff;  // collide_bitmask

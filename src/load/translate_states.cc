@@ -71,8 +71,8 @@ void Translator::choose_initial_state() {
   }
 }
 
-// URDF and SDF have no initial positions, and zero does not satisfy a mimic joint with an offset: it starts where the joint that
-// it mimics puts it.
+// URDF and SDF have no initial positions, and zero does not satisfy a mimic joint with an offset: it starts where the
+// joint that it mimics puts it.
 void Translator::start_mimics() {
   std::vector<bool> settled(model_.joints.size(), true);
   for (int e = 0; e < m_->neq; ++e) {

@@ -176,10 +176,21 @@ class Models {
       if (file.empty()) {
         found = find(uri + "/model.sdf", *include.source);
         if (found.path.empty()) found = find(uri, *include.source);
+        if (found.path.empty() && uri.find(':') == std::string::npos) {  // the name of a model alone
+          found = find(fmt::format("model://{}/model.config", uri), *include.source);
+          if (!found.path.empty() && may_read(robot_, found.path, found.in_package)) {
+            found.path = file_of_config(found.path);
+          }
+        }
         file = found.path;
       }
       std::error_code error;
       if (file.empty() || !fs::exists(file, error)) {
+        if (uri.starts_with("http://") || uri.starts_with("https://")) {
+          robot_.unsupported(part, include, "lies on the network, where nothing is read",
+                             "download it, and include it as model://NAME", kCosts);
+          return {};
+        }
         const size_t scheme = uri.find("://");
         const std::string name =
             scheme == std::string::npos ? "" : uri.substr(scheme + 3, uri.find('/', scheme + 3) - scheme - 3);
@@ -311,7 +322,9 @@ class Models {
     const int index = static_cast<int>(robot_.frames.size());
     if (!name.empty()) {
       const bool model = home.children.contains(name);
-      if (model || !home.frames.emplace(name, index).second) {
+      // before 1.7 a joint may have a link's name, which then means the link
+      const bool hidden = frame.kind == Frame::Kind::kJoint && frame.element.source->version < 107;
+      if ((model || !home.frames.emplace(name, index).second) && !hidden) {
         robot_.refuse(frame.name, frame.element, "has the name of another element of its model",
                       "rename one of the two");
         return -1;

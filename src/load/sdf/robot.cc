@@ -125,7 +125,7 @@ Pose Robot::pose(const Element& element, const std::string& owner) {
   } else {
     const double unit = *in_degrees ? std::numbers::pi / 180 : 1;
     X.q = Eigen::AngleAxisd(unit * v[5], Vec3::UnitZ()) * Eigen::AngleAxisd(unit * v[4], Vec3::UnitY()) *
-               Eigen::AngleAxisd(unit * v[3], Vec3::UnitX());
+          Eigen::AngleAxisd(unit * v[3], Vec3::UnitX());
   }
   return X;
 }

@@ -1,11 +1,13 @@
 // Collisions of links, and what is computed from them: mass and inertia of <inertial auto="true">.
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <numbers>
 #include <set>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
@@ -23,7 +25,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kSides = 64;  // of the pyramid that stands for a cone
+constexpr double kSticks = 1e4;  // a friction coefficient that counts as none too large
+constexpr int kSides = 64;       // of the pyramid that stands for a cone
 
 // A ring of points at height z, in the order in which they turn about z.
 void add_ring(MeshData& mesh, const std::vector<Vec3>& ring, double z) {
@@ -102,6 +105,10 @@ class Shapes {
     }
     if (!directed_.empty()) {
       robot_.note(fmt::format("friction that differs in two directions is the smaller one: {}", join(directed_, ", ")));
+    }
+    if (!sticking_.empty()) {
+      robot_.note(
+          fmt::format("friction without a limit (negative in Gazebo) is {:g}: {}", kSticks, join(sticking_, ", ")));
     }
     if (!cones_.empty()) {
       robot_.note(
@@ -324,10 +331,9 @@ class Shapes {
     const Element bullet = surface.child("friction").child("bullet");
     const auto coefficient = [&](const Element& from, const char* name, double otherwise) {
       const double mu = robot_.number(from, name, otherwise, label_);
-      if (mu >= 0 && std::isfinite(mu)) return mu;
-      robot_.refuse(label_, from.child(name), fmt::format("has the friction {}", shortest(mu)),
-                    "give a number that is not negative");
-      return 1.0;
+      if (mu >= 0 && mu <= kSticks) return mu;
+      sticking_.push_back(fmt::format("'{}'", shape.name));
+      return kSticks;
     };
     double other = 1;
     if (ode || !bullet) {
@@ -343,12 +349,15 @@ class Shapes {
     }
     const Element contact = surface.child("contact");
     if (const Element mask = contact.child("collide_bitmask")) {
-      const double bits = robot_.number(mask, 0xffff, label_);
-      constexpr double kMost = 0x7fffffff;
-      if (bits >= 0 && bits <= kMost && bits == std::floor(bits)) {
-        shape.bits = static_cast<int>(bits);
+      const std::string text = text_of(mask.at);
+      const bool hex = text.starts_with("0x") || text.starts_with("0X");
+      const char *begin = text.data() + (hex ? 2 : 0), *end = text.data() + text.size();
+      int bits = 0;
+      const auto [rest, error] = std::from_chars(begin, end, bits, hex ? 16 : 10);
+      if (error == std::errc() && rest == end && begin != end && bits >= 0) {
+        shape.bits = bits;
       } else {
-        robot_.refuse(label_, mask, fmt::format("has the collide_bitmask {}", text_of(mask.at)),
+        robot_.refuse(label_, mask, fmt::format("has the collide_bitmask '{}'", text),
                       "give a whole number from 0 to 2147483647");
       }
     }
@@ -390,7 +399,7 @@ class Shapes {
   Robot& robot_;
   std::string label_;
   std::map<std::string, std::string> meshes_;  // file, part and scale -> name
-  std::vector<std::string> directed_, cones_, concave_;
+  std::vector<std::string> directed_, sticking_, cones_, concave_;
 };
 
 }  // namespace

@@ -42,6 +42,7 @@ class Tree {
     add_couplings();
     add_gearboxes();
     keep_apart();
+    demand_motion();
     tell();
   }
 
@@ -333,6 +334,15 @@ class Tree {
         if (apart || joined.contains({touching[m], touching[n]})) result_.apart.emplace_back(a.name, b.name);
       }
     }
+  }
+
+  void demand_motion() {
+    const bool moves = std::ranges::any_of(result_.bodies, [](const SdfBody& body) { return !body.joints.empty(); });
+    const bool still = std::ranges::all_of(robot_.links, &Link::is_static);
+    if (moves || (!still && robot_.options.root_joint == RootJoint::kFloating)) return;
+    robot_.refuse("", {}, "nothing in it can move",
+                  still ? "name a file with a model that is not <static>, or remove that"
+                        : "join a link by a joint that is not fixed, or give --floating-base");
   }
 
   void tell() {
