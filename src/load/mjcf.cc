@@ -205,7 +205,10 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
       throw SystemError(fmt::format("not enough memory to read '{}': free some, or raise the limit (ulimit -v, -d)",
                                     file.empty() ? "the model" : file));
     }
-    report.problems.push_back(is_sdf ? Problem{.message = one_line(message)} : parser_problem(message, text, file));
+    report.problems.push_back(is_sdf
+                                  ? Problem{.message = fmt::format("its values cannot be used: {}", one_line(message)),
+                                            .mend = "correct them"}
+                                  : parser_problem(message, text, file));
     return std::move(report);
   };
   const Silence silence;

@@ -80,7 +80,10 @@ class Joints {
   }
 
   void read(Joint& joint, std::set<std::string>& names) {
+    const std::string own = joint.name;
+    for (int i = 2; names.contains(joint.name); ++i) joint.name = fmt::format("{}_{}", own, i);
     const int axes = axes_of(joint.type);
+    if (axes == 0) names.insert(joint.name);
     if (axes < 0) {
       robot_.refuse(label(joint), joint.element,
                     joint.type.empty() ? "has no type" : fmt::format("has the type '{}'", joint.type),

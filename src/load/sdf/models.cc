@@ -96,9 +96,9 @@ class Models {
     Source& kept = *robot_.sources.back();
     const xml::XMLElement* root = kept.document.RootElement();
     if (kept.document.Error() || root == nullptr) {
-      robot_.refuse(part, {nullptr, &kept}, fmt::format("is not well-formed XML: {}", kept.document.ErrorName()),
-                    "correct it");
-      robot_.result.parts.problems.back().line = kept.document.ErrorLineNum();
+      Problem fault = xml_problem(kept.document.Error() ? kept.document.ErrorStr() : "XML_ERROR_EMPTY_DOCUMENT");
+      fault.element = part;
+      robot_.result.parts.problems.push_back(std::move(fault));
       return nullptr;
     }
     const Element at = {root, &kept};

@@ -456,7 +456,7 @@ void read_masses(Robot& robot) {
       } else {
         robot.refuse(label, at,
                      fmt::format("has an inertia that no body can have (principal moments {} kg m^2)", moments),
-                     "correct <inertia>, or give --repair");
+                     finite ? "correct <inertia>, or give --repair" : "correct <inertia>");
       }
     }
   }

@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -74,6 +75,12 @@ void add_sdf_shape(mjsBody* body, const SdfShape& from) {
 }  // namespace
 
 SpecPtr sdf_spec(const SdfDocument& document) {
+  std::set<std::string> taken;  // names of equalities and sites
+  const auto unique = [&taken](const std::string& name) {
+    std::string result = name;
+    for (int i = 2; !taken.insert(result).second; ++i) result = fmt::format("{}_{}", name, i);
+    return result;
+  };
   SpecPtr owner(mj_makeSpec());
   mjSpec* spec = owner.get();
   mjs_setString(spec->modelname, document.name.c_str());
@@ -101,7 +108,7 @@ SpecPtr sdf_spec(const SdfDocument& document) {
   }
   for (const SdfCoupling& from : document.couplings) {
     mjsEquality* equality = mjs_addEquality(spec, nullptr);
-    mjs_setName(equality->element, from.name.c_str());
+    mjs_setName(equality->element, unique(from.name).c_str());
     set_line(equality->info, from.line);
     equality->type = mjEQ_JOINT;
     mjs_setString(equality->name1, from.follower.c_str());
@@ -116,12 +123,12 @@ SpecPtr sdf_spec(const SdfDocument& document) {
     for (size_t k = 0; k < 2; ++k) {
       const int b = k == 0 ? from.body_a : from.body_b;
       mjsSite* site = mjs_addSite(b < 0 ? world : bodies[static_cast<size_t>(b)], nullptr);
-      names[k] = fmt::format("{}:{}", from.name, k == 0 ? "a" : "b");
+      names[k] = unique(fmt::format("{}:{}", from.name, k == 0 ? "a" : "b"));
       mjs_setName(site->element, names[k].c_str());
       place(site->pos, site->quat, k == 0 ? from.X_AJ : from.X_BJ);
     }
     mjsEquality* equality = mjs_addEquality(spec, nullptr);
-    mjs_setName(equality->element, from.name.c_str());
+    mjs_setName(equality->element, unique(from.name).c_str());
     set_line(equality->info, from.line);
     equality->type = from.weld ? mjEQ_WELD : mjEQ_CONNECT;
     equality->objtype = mjOBJ_SITE;

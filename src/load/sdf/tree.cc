@@ -93,7 +93,7 @@ class Tree {
       const int root_a = root_of(a), root_b = root_of(b);
       if (root_a == root_b) {
         loops_.push_back(j);
-      } else if (root_b != kWorldEnd) {
+      } else if (root_a == kWorldEnd || (root_b != kWorldEnd && root_a < root_b)) {  // the first root stays one
         turn(b);
         up_[b] = {j, a, false};
       } else {
