@@ -66,7 +66,7 @@ struct Frame {
   std::string relative_to = {}, attached_to = {};
   Pose raw = {};               // relative to `base`
   std::string placement = {};  // placement_frame of a model, or of an include
-  int model = -1;         // the frame that "__model__" means here: that of the scope, or of what was merged into it
+  int model = -1;  // the frame that "__model__" means here: that of the scope, or of what was merged into it
   // filled in by resolve()
   int base = -1, attached = -1, placed = -1;
 };
