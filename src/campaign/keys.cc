@@ -52,7 +52,9 @@ std::vector<KeyRow> load_rows() {
       defaults,
       Overloaded{[&](const LoadField& field, bool) { rows.push_back({field.key, "true", "false", field.meaning}); },
                  [&](const LoadField& field, const std::string&) {
-                   rows.push_back({field.key, field.is_path() ? "\"pose.txt\"" : "\"home\"", "none", field.meaning});
+                   const bool model = field.key == std::string_view("sdf_model");
+                   const char* example = field.is_path() ? "\"pose.txt\"" : model ? "\"arm\"" : "\"home\"";
+                   rows.push_back({field.key, example, "none", field.meaning});
                  },
                  [&](const LoadField& field, const Folders&) {
                    rows.push_back({field.key, R"({my_robot = "../my_robot"})", "none", field.meaning});

@@ -16,7 +16,6 @@
 #include "load/mjcf.h"
 #include "load/model_mjcf.h"
 #include "load/model_urdf.h"
-#include "load/urdf.h"
 
 namespace assay::cli {
 namespace {
@@ -51,9 +50,7 @@ int run_convert(const ConvertOptions& options) {
   }
   const fs::path out = options.out;
   const std::string meshes = out.stem().string() + "-meshes";
-  const auto speeds =
-      facts.is_urdf ? read_urdf(model_text(source), source, how).velocity_limits : std::map<std::string, double>();
-  const WrittenUrdf written = model_urdf(model, meshes, speeds);
+  const WrittenUrdf written = model_urdf(model, meshes, facts.velocity_limits);
   if (!written.meshes.empty()) {
     if (options.out == "-")
       throw InputError("'-' is standard output, and the model has meshes, which need files: give --out FILE");

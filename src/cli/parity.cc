@@ -70,7 +70,8 @@ void write_certificate(const Json& document, const std::string& out, const std::
 bool is_model(const std::string& word) {
   std::error_code error;
   const std::string ending = std::filesystem::path(word).extension().string();
-  if (ending == ".xml" || ending == ".urdf" || ending == ".mjcf" || word.starts_with("robots:")) return true;
+  if (ending == ".xml" || ending == ".urdf" || ending == ".mjcf" || ending == ".sdf" || word.starts_with("robots:"))
+    return true;
   const std::vector<std::string> contenders = Registry::instance().contender_names(), systems = system_names();
   if (std::ranges::find(contenders, word) != contenders.end()) return false;
   return std::ranges::find(systems, word) != systems.end() || std::filesystem::is_regular_file(word, error);

@@ -136,7 +136,9 @@ void ask_policy(const RobotRequest& request, ProgrammeOptions& options) {
 bool is_robot(const std::string& given) {
   const std::string ending = fs::path(given).extension().string();
   if (ending == ".toml") return false;
-  if (ending == ".urdf" || ending == ".xml" || ending == ".mjcf" || ending == ".xacro") return true;
+  if (ending == ".urdf" || ending == ".xml" || ending == ".mjcf" || ending == ".sdf" || ending == ".world" ||
+      ending == ".xacro")
+    return true;
   if (given.starts_with("robots:")) return true;
   std::error_code error;
   if (fs::is_regular_file(given, error)) {

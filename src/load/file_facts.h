@@ -23,14 +23,16 @@ struct MeshFacts {
 };
 
 struct FileFacts {
-  bool is_urdf = false;
+  bool is_urdf = false, is_sdf = false;
   // Line of each body, joint, geom, actuator, tendon, coupling, connect and weld of the Model by its label, "joint
   // 'knee'". What the loader made up is missing.
   std::map<std::string, int> lines;
   // The included file of each that has its line in one, as the <include> or <model> writes it.
   std::map<std::string, std::string> files;
   std::vector<MeshFacts> meshes;
-  std::map<std::string, double> locked;  // joints of a URDF file that their equal limits hold, and where (rad, m)
+  std::map<std::string, double> velocity_limits;  // of a URDF or SDF file, by joint: rad/s, m/s
+  std::map<std::string, double>
+      locked;  // joints of a URDF or SDF file that their equal limits hold, and where (rad, m)
   // How far what is drawn of a body of a URDF file lies from its centre of mass, m. Meshes are not looked at.
   std::map<std::string, double> drawn_reach;
   std::set<std::string> drawn;  // names of shapes that the file lets collide with nothing

@@ -31,6 +31,7 @@ struct LoadOptions {
   bool drop_unsupported = false;  // Model::notes lists each element and what leaving it out changes
   std::string keyframe = {};      // empty: the first, where there is one
   std::string qpos = {};          // start.h has the file's format; empty: none
+  std::string sdf_model = {};     // of several that move in an SDF file; "*": all of them
   Folders packages = {};          // come before those that the environment names
   RootJoint root_joint = RootJoint::kAsInFile;
   Ground ground = Ground::kAsInFile;
@@ -76,7 +77,8 @@ inline constexpr auto kLoadFields = std::to_array<LoadField>({
      .kept_at_default = true},
     {.key = "packages",
      .member = &LoadOptions::packages,
-     .meaning = "Folder of package://NAME/... in a URDF file; may be repeated (also found: upward from the file, in "
+     .meaning = "Folder of package://NAME/... in a URDF file, or model://NAME in an SDF file; may be repeated (also "
+                "found: upward from the file, in "
                 "ROS_PACKAGE_PATH and AMENT_PREFIX_PATH)",
      .value = "NAME=DIR",
      .option = "package",
@@ -118,6 +120,10 @@ inline constexpr auto kLoadFields = std::to_array<LoadField>({
                 "JOINT=VALUE",
      .value = "FILE",
      .kept_at_default = true},
+    {.key = "sdf_model",
+     .member = &LoadOptions::sdf_model,
+     .meaning = "Model of an SDF file that has several which move; '*' takes all",
+     .value = "NAME"},
 });
 static_assert(kLoadFields.size() == member_count<LoadOptions>(), "each member of LoadOptions has a row");
 

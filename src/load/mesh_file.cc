@@ -233,10 +233,13 @@ void require_whole_indices(const std::string& path) {
   document.Accept(&indices);
 }
 
-void add_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent, Builder& builder) {
+// Without a name all of it, else what has that name.
+void add_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent, const std::string& part,
+              Builder& builder) {
   const aiMatrix4x4 X = parent * node.mTransformation;
   for (unsigned int m = 0; m < node.mNumMeshes; ++m) {
     const aiMesh& mesh = *scene.mMeshes[node.mMeshes[m]];
+    if (!part.empty() && part != mesh.mName.C_Str() && part != node.mName.C_Str()) continue;
     for (unsigned int f = 0; f < mesh.mNumFaces; ++f) {
       const aiFace& face = mesh.mFaces[f];
       if (face.mNumIndices != 3) continue;  // points and lines
@@ -248,7 +251,7 @@ void add_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& paren
       builder.triangle(corners);
     }
   }
-  for (unsigned int c = 0; c < node.mNumChildren; ++c) add_node(scene, *node.mChildren[c], X, builder);
+  for (unsigned int c = 0; c < node.mNumChildren; ++c) add_node(scene, *node.mChildren[c], X, part, builder);
 }
 
 }  // namespace
@@ -273,7 +276,7 @@ double MeshData::flatness() const {
   return extent.maxCoeff() > 0 ? extent.minCoeff() / extent.maxCoeff() : 0;
 }
 
-MeshData read_mesh(const std::string& path) {
+MeshData read_mesh(const std::string& path, const std::string& part) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) throw InputError("is not there; correct its name");
   const std::uintmax_t size = fs::file_size(path, error);
@@ -289,14 +292,15 @@ MeshData read_mesh(const std::string& path) {
                     "of these",
                     ending));
   }
-  if (auto mesh = read_binary_stl(path)) return std::move(*mesh);
-  if (auto mesh = read_msh(path)) return std::move(*mesh);
+  if (auto mesh = read_binary_stl(path); mesh && part.empty()) return std::move(*mesh);
+  if (auto mesh = read_msh(path); mesh && part.empty()) return std::move(*mesh);
   require_whole_glb(path, ending == ".glb");
   if (ending == ".dae") require_whole_indices(path);
 
   Assimp::Importer importer;
   importer.SetIOHandler(new OneFile(path));  // the importer deletes it
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, !part.empty());  // not its ids
   const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
   if (scene == nullptr || scene->mRootNode == nullptr) {
     std::string why = importer.GetErrorString();
@@ -308,8 +312,11 @@ MeshData read_mesh(const std::string& path) {
   for (unsigned int m = 0; m < scene->mNumMeshes; ++m) triangles += scene->mMeshes[m]->mNumFaces;
   require_size(triangles);
   Builder builder;
-  add_node(*scene, *scene->mRootNode, aiMatrix4x4(), builder);
+  add_node(*scene, *scene->mRootNode, aiMatrix4x4(), part, builder);
   MeshData mesh = builder.take();
+  if (!part.empty() && mesh.faces.empty()) {
+    throw InputError(fmt::format("has no part '{}' with triangles; correct the name", part));
+  }
   require_size(mesh.faces.size());
   return mesh;
 }

@@ -25,7 +25,7 @@ inline constexpr size_t kMostTriangles = 1'000'000;
 
 // Throws InputError with the rest of a sentence that begins with the mesh's name: "cannot be read: ...; mend". It is
 // thrown for a file that is missing, broken or empty, of another format, that has more than kMostTriangles or 256 MiB,
-// or numbers that are not finite.
-MeshData read_mesh(const std::string& path);
+// or numbers that are not finite. `part` is the name of a mesh or node in the file: only that is read; "" for all.
+MeshData read_mesh(const std::string& path, const std::string& part = "");
 
 }  // namespace assay

@@ -1,5 +1,6 @@
 #include "load/mjcf.h"
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <map>
@@ -21,6 +22,7 @@
 #include "load/outside_files.h"
 #include "load/parser_faults.h"
 #include "load/repair.h"
+#include "load/sdf.h"
 #include "load/start.h"
 #include "load/translation.h"
 #include "load/urdf.h"
@@ -58,14 +60,13 @@ mjSpec* parse_as_file(const std::string& text, const std::string& path, const Te
 // Formats that people have beside MJCF and URDF, by their root element.
 bool refuse_other_format(const std::string& root, LoadReport& report) {
   static const std::map<std::string, std::string> kOthers = {
-      {"sdf", "SDF; convert it to URDF or MJCF first"},
-      {"COLLADA", "a COLLADA mesh; name the URDF or MJCF file that uses it"},
+      {"COLLADA", "a COLLADA mesh; name the URDF, SDF or MJCF file that uses it"},
       {"world", "a world file; name the URDF or MJCF file of the robot"},
       {"package", "a package.xml; name the URDF file of that package"},
       {"launch", "a launch file; name the URDF or MJCF file of the robot"}};
   const auto found = kOthers.find(root);
   if (found == kOthers.end()) return false;
-  report.refuse(fmt::format("it is not MJCF or URDF but {}", found->second));
+  report.refuse(fmt::format("it is not MJCF, URDF or SDF but {}", found->second));
   return true;
 }
 
@@ -165,7 +166,7 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
   LoadReport report;
   std::string text = as_written;
   if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
-    report.refuse("it is empty; an MJCF or URDF model is expected");
+    report.refuse("it is empty; an MJCF, URDF or SDF model is expected");
     return report;
   }
   if (std::optional<Problem> problem = encoding_problem(text)) {
@@ -175,15 +176,21 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
   }
   const std::string root = root_element(text);
   if (refuse_other_format(root, report)) return report;
-  const bool is_urdf = root == "robot";
+  const bool is_urdf = root == "robot", is_sdf = root == "sdf";
   std::vector<std::string> notes;
   Texts others;  // of the files that it names, where they are mended
   UrdfDocument urdf;
+  SdfDocument sdf;
   if (is_urdf) {
     if (options.repair) mend(text, file, options, notes, others);
     urdf = read_urdf(text, file, options);
     report.problems = urdf.problems;
     if (urdf.refused()) return report;
+  } else if (is_sdf) {
+    sdf = read_sdf(text, file, options);
+    report.problems = sdf.parts.problems;
+    if (report.refused()) return report;
+    urdf = sdf.parts;
   } else {
     report.problems = document_refusals(text, file, options);
     if (report.refused()) return report;
@@ -198,7 +205,10 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
       throw SystemError(fmt::format("not enough memory to read '{}': free some, or raise the limit (ulimit -v, -d)",
                                     file.empty() ? "the model" : file));
     }
-    report.problems.push_back(parser_problem(message, text, file));
+    report.problems.push_back(is_sdf
+                                  ? Problem{.message = fmt::format("its values cannot be used: {}", one_line(message)),
+                                            .mend = "correct them"}
+                                  : parser_problem(message, text, file));
     return std::move(report);
   };
   const Silence silence;
@@ -206,6 +216,8 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
   try {
     if (is_urdf) {
       spec.reset(mj_parseXMLString(urdf.text.c_str(), nullptr, error.data(), error_size));
+    } else if (is_sdf) {
+      spec = sdf_spec(sdf);
     } else {
       spec.reset(notes.empty() ? parse(error.data(), error_size)
                                : parse_as_file(text, file, others, error.data(), error_size));
@@ -224,7 +236,9 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
     }
   }
 
-  const DocumentPlaces places = is_urdf ? DocumentPlaces() : places_in(text, file);
+  const DocumentPlaces places = is_urdf  ? DocumentPlaces()
+                                : is_sdf ? DocumentPlaces{.included = sdf.included, .models = {}}
+                                         : places_in(text, file);
   const std::map<std::string, IncludedPlace>& included = places.included;
   notes.insert(notes.end(), urdf.notes.begin(), urdf.notes.end());
   if (is_urdf) {
@@ -232,6 +246,11 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
     spec->compiler.inertiafromgeom = mjINERTIAFROMGEOM_FALSE;
     give_vertices(spec.get(), urdf.meshes, options.decompose);
     add_motors(spec.get(), urdf.driven);
+  } else if (is_sdf) {
+    spec->compiler.inertiafromgeom = mjINERTIAFROMGEOM_FALSE;
+    give_vertices(spec.get(), urdf.meshes, options.decompose);
+    add_motors(spec.get(), urdf.driven);
+    apply_root_joint(spec.get(), options.root_joint, report, notes);
   } else {
     const std::string folder = fs::path(file).parent_path().string();
     leave_out_pictures(spec.get(), folder, drawing != nullptr, options.drop_unsupported, report, notes);
@@ -268,7 +287,7 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
     if (compiled != nullptr) compiled->opt.integrator = integrator;
   }
   if (compiled == nullptr) {
-    if (!is_urdf) report.problems = mjcf_faults(text, file);
+    if (!is_urdf && !is_sdf) report.problems = mjcf_faults(text, file);
     if (report.refused()) return report;
     return refuse(fault);
   }
@@ -277,6 +296,7 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
                  .compiled = compiled.get(),
                  .load = options,
                  .base_is_link = is_urdf,
+                 .starts_mimics = is_sdf,
                  .base_floats = options.root_joint == RootJoint::kFloating || (is_urdf && !urdf.has_mass),
                  .massless = urdf.massless,
                  .inertia = urdf.inertia,
@@ -288,6 +308,9 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
   if (!translated.model) return report;
   report.model = std::move(translated.model);
   Model& model = *report.model;
+  for (ContactPair& pair : model.contacts) {  // Gazebo's rule, not MuJoCo's
+    if (is_sdf) pair.friction = std::min(model.shapes[pair.shape_a].friction, model.shapes[pair.shape_b].friction);
+  }
 
   const std::string own_name = mjs_getString(spec->modelname);
   model.name = own_name.empty() || own_name == "MuJoCo Model" ? stem : own_name;
@@ -313,6 +336,8 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
   if (options.ground == Ground::kNone) remove_planes(model);
   if (facts != nullptr) {
     facts->is_urdf = is_urdf;
+    facts->is_sdf = is_sdf;
+    facts->velocity_limits = urdf.velocity_limits;
     facts->locked = urdf.locked;
     facts->drawn_reach = urdf.drawn_reach;
     facts->meshes = mesh_facts(model, spec.get(), compiled.get(), fs::path(file).parent_path().string(), urdf);
@@ -350,11 +375,11 @@ std::string model_text(const std::string& path) {
   const fs::file_status status = fs::status(path, error);
   if (!fs::exists(status)) throw InputError(fmt::format("there is no file '{}'; check the path", path));
   if (fs::is_directory(status)) {
-    throw InputError(fmt::format("'{}' is a folder; name an .xml (MJCF) or .urdf file in it", path));
+    throw InputError(fmt::format("'{}' is a folder; name an .xml (MJCF), .urdf or .sdf file in it", path));
   }
   if (!fs::is_regular_file(status))
-    throw InputError(fmt::format("'{}' is not a file; name an .xml or .urdf file", path));
-  return input_file(path, "model", "an .xml or .urdf file", kMostModelFileBytes);
+    throw InputError(fmt::format("'{}' is not a file; name an .xml, .urdf or .sdf file", path));
+  return input_file(path, "model", "an .xml, .urdf or .sdf file", kMostModelFileBytes);
 }
 
 LoadReport inspect_model(const std::string& path, const LoadOptions& options, FileFacts* facts) {

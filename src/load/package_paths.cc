@@ -70,6 +70,9 @@ std::vector<PackageFolder> package_folders(const std::string& name, const fs::pa
     if (fs::path(folder).filename() == name) folders.push_back({folder, Trust::kNamed});
     folders.push_back({fs::path(folder) / name, Trust::kNamed});
   }
+  for (const char* variable : {"GZ_SIM_RESOURCE_PATH", "GAZEBO_MODEL_PATH"}) {
+    for (const std::string& folder : folders_in(variable)) folders.push_back({fs::path(folder) / name, Trust::kNamed});
+  }
   for (const std::string& folder : folders_in("AMENT_PREFIX_PATH"))
     folders.push_back({fs::path(folder) / "share" / name, Trust::kNamed});
   return folders;

@@ -23,9 +23,9 @@ struct MeshFolder {
 
 // The file that `uri` means in the model file `from`: package://NAME/..., model://NAME/..., file://..., or a path that
 // counts from the model's folder. The package NAME is looked for in `packages`, upward from the model (a folder of that
-// name, or one whose package.xml gives it), in the folders of ROS_PACKAGE_PATH, and in share/ of those of
-// AMENT_PREFIX_PATH. Where there is no such file, it is one whose name differs in upper and lower case, backslashes are
-// slashes, and last it is looked for as MuJoCo does.
+// name, or one whose package.xml gives it), in the folders of ROS_PACKAGE_PATH, GZ_SIM_RESOURCE_PATH and
+// GAZEBO_MODEL_PATH, and in share/ of those of AMENT_PREFIX_PATH. Where there is no such file, it is one whose name
+// differs in upper and lower case, backslashes are slashes, and last it is looked for as MuJoCo does.
 FoundFile find_resource(const std::string& uri, const std::string& from,
                         const std::map<std::string, std::string>& packages, const MeshFolder& as_mujoco = {});
 

@@ -55,7 +55,7 @@ void Translator::choose_initial_state() {
       const std::vector<mjtNum> rest(static_cast<size_t>(m_->nv), 0);
       model_.initial = state_at(m_->qpos0, rest.data());
     }
-    if (base_is_link_) start_mimics();
+    if (starts_mimics_) start_mimics();
     model_.control0.assign(model_.actuators.size(), 0.0);
   } else {
     model_.initial = model_.keyframes[chosen].state;
@@ -71,8 +71,8 @@ void Translator::choose_initial_state() {
   }
 }
 
-// URDF has no initial positions, and zero does not satisfy a mimic joint with an offset: it starts where the joint that
-// it mimics puts it.
+// URDF and SDF have no initial positions, and zero does not satisfy a mimic joint with an offset: it starts where the
+// joint that it mimics puts it.
 void Translator::start_mimics() {
   std::vector<bool> settled(model_.joints.size(), true);
   for (int e = 0; e < m_->neq; ++e) {

@@ -22,6 +22,8 @@ struct TranslationInput {
   // Shapes that are fixed to the world, planes excepted, are those of a link: as between moving links, they do not
   // collide with what a joint joins to it. So it is in URDF, where no pair can be excluded.
   bool base_is_link = false;
+  // The initial state moves joints that follow others to where these put them, as in URDF.
+  bool starts_mimics = false;
   bool base_floats = false;  // RootJoint::kFloating, or what no joint could move, because no link has mass
   // Moving bodies whose mass and inertia in `compiled` are placeholders, because MuJoCo compiles no massless ones: they
   // become massless bodies.

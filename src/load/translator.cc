@@ -31,6 +31,7 @@ Translator::Translator(const TranslationInput& input)
     : m_(input.compiled),
       load_(input.load),
       base_is_link_(input.base_is_link),
+      starts_mimics_(input.starts_mimics || input.base_is_link),
       base_floats_(input.base_floats),
       massless_(input.massless),
       inertia_(input.inertia),

@@ -152,7 +152,7 @@ class Translator {
 
   const mjModel* m_;
   LoadOptions load_;
-  bool base_is_link_, base_floats_;
+  bool base_is_link_, starts_mimics_, base_floats_;
   bool has_sprung_free_ = false;  // free joints as three slides and a ball
   std::set<std::string> massless_;
   std::map<std::string, RigidPart> inertia_;

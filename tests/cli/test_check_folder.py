@@ -80,7 +80,7 @@ class Folder(FolderTest):
         self.assertEqual(sum(counted.values()), sum(map(len, found.values())))
 
     def test_what_is_no_robot_is_counted(self):
-        self.robots({"ball.xml": BALL, "package.xml": "<package/>", "arm.urdf.xacro": "<robot/>", "world.sdf": "<sdf/>",
+        self.robots({"ball.xml": BALL, "package.xml": "<package/>", "arm.urdf.xacro": "<robot/>", "world.usd": "#usda 1.0",
                        "piece.xml": "<mujocoinclude/>", ".hidden.xml": BALL, ".git/x.urdf": arm()})
         self.write("elsewhere.urdf", arm())
         (self.dir / "robots/link.urdf").symlink_to(self.dir / "elsewhere.urdf")
@@ -88,9 +88,9 @@ class Folder(FolderTest):
         report = self.report()
         self.assertEqual(self.verdicts(report), {"ball.xml": "ok"})
         self.assertEqual(report["not_checked"], {"included": [{"file": "piece.xml", "by": None}], "other_xml": 1,
-                                                 "not_read": {".sdf": 1, ".xacro": 1}, "links_out": 1})
+                                                 "not_read": {".usd": 1, ".xacro": 1}, "links_out": 1})
         text = self.assay("check", "robots")
-        for words in ("1 robot, 1 ok", "1 file that others include", "1 .xml file of other programs", "1 .sdf file", "1 link out of the folder"):
+        for words in ("1 robot, 1 ok", "1 file that others include", "1 .xml file of other programs", "1 .usd file", "1 link out of the folder"):
             self.assertIn(words, text)
 
     def test_two_that_include_each_other_are_checked(self):

@@ -114,7 +114,7 @@ class Mistakes(AssayTest):
         self.refused_with(arm().replace('<axis xyz="0 1 0"', '<axis xyz="0 0 0"'), "axis", "line 5")
 
     def test_other_formats(self):
-        self.refused_with('<sdf version="1.6"><model name="x"/></sdf>', "SDF")
+        self.refused_with('<sdf version="1.6"><model name="x"/></sdf>', "give its model a <link>")
         self.refused_with(arm().replace("</robot>", "<xacro:include filename='x'/></robot>"), "xacro arm.urdf >")
 
     def test_massless_leaf(self):

@@ -17,8 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<std::string_view, 3> kModels = {".urdf", ".xml", ".mjcf"};
-constexpr std::array<std::string_view, 5> kOthers = {".xacro", ".sdf", ".usd", ".usda", ".usdc"};
+constexpr std::array<std::string_view, 4> kModels = {".urdf", ".xml", ".mjcf", ".sdf"};
+constexpr std::array<std::string_view, 4> kOthers = {".xacro", ".usd", ".usda", ".usdc"};
 
 template <typename Endings>
 bool is_among(const Endings& endings, const std::string& ending) {

@@ -14,7 +14,7 @@ std::string ending_of(const std::string& file);
 
 // Names count from the folder, with slashes, and are sorted by their bytes.
 struct Listing {
-  std::vector<std::string> files = {};        // .urdf, .xml and .mjcf, in small or large letters
+  std::vector<std::string> files = {};        // .urdf, .sdf, .xml and .mjcf, in small or large letters
   std::vector<std::string> unreadable = {};   // folders that cannot be listed
   std::map<std::string, size_t> others = {};  // files of robots that assay does not read, by ending: ".xacro"
   size_t links_out = 0;                       // symbolic links that lead out of the folder or nowhere

@@ -26,12 +26,13 @@ std::string endings_text(const std::map<std::string, size_t>& others) {
   return join(parts, ", ");
 }
 
-// By the number of the file in `files`; .urdf files are robots whatever is in them.
+// By the number of the file in `files`; .urdf and .sdf files are robots whatever is in them.
 std::vector<Survey> surveys_of(const std::string& folder, const std::vector<std::string>& files, const How& how) {
   std::vector<Survey> surveys(files.size());
   std::vector<size_t> asked;
   for (size_t i = 0; i < files.size(); ++i) {
-    if (ending_of(files[i]) != ".urdf") asked.push_back(i);
+    const std::string ending = ending_of(files[i]);
+    if (ending != ".urdf" && ending != ".sdf") asked.push_back(i);
   }
   run_pieces({.count = asked.size(),
               .jobs = how.jobs,
@@ -56,7 +57,7 @@ std::vector<Survey> surveys_of(const std::string& folder, const std::vector<std:
   }
   if (report.links_out > 0) instead.push_back(counted(report.links_out, "link out of it", "links out of it"));
   throw InputError(
-      fmt::format("there is no robot in the folder '{}' (.urdf, .mjcf, or .xml with <mujoco>){}{}; check "
+      fmt::format("there is no robot in the folder '{}' (.urdf, .sdf, .mjcf, or .xml with <mujoco>){}{}; check "
                   "the path",
                   report.folder, instead.empty() ? "" : ", but ", join(instead, ", ")));
 }

@@ -1,10 +1,10 @@
 #include "check/pairing/read.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "base/errors.h"
 #include "load/mjcf.h"
-#include "load/urdf.h"
 
 namespace assay::pairing {
 namespace {
@@ -16,8 +16,10 @@ Side read_side(const std::string& file, const LoadOptions& options) {
   Side side{.file = file, .model = report.model ? std::move(*report.model) : load_model(file, options)};
   if (facts.is_urdf) {
     side.format = {.name = "URDF", .drives = false, .contact_friction = false, .velocity_limits = true};
-    side.velocity_limits = read_urdf(model_text(file), file, options).velocity_limits;
+  } else if (facts.is_sdf) {
+    side.format = {.name = "SDF", .drives = false, .contact_friction = true, .velocity_limits = true};
   }
+  side.velocity_limits = std::move(facts.velocity_limits);
   return side;
 }
 

@@ -42,12 +42,12 @@ class DatasetFiles : public TempFolderTest {
 
 TEST_F(DatasetFiles, AreSortedWithoutHiddenOnes) {
   for (const char* name : {"b.urdf", "a/z.xml", "a/B.MJCF", "a.b/c.xml", ".git/c.urdf", "a/.d.urdf", "mesh.stl",
-                           "a/e.urdf.xacro", "a/world.sdf", "f.XACRO"}) {
+                           "a/e.urdf.xacro", "a/world.usd", "a/d.sdf", "f.XACRO"}) {
     write(name);
   }
   const Listing listing = list_files(dir_.string());
-  EXPECT_THAT(listing.files, ElementsAre("a.b/c.xml", "a/B.MJCF", "a/z.xml", "b.urdf"));
-  EXPECT_THAT(listing.others, ElementsAre(Pair(".sdf", 1), Pair(".xacro", 2)));
+  EXPECT_THAT(listing.files, ElementsAre("a.b/c.xml", "a/B.MJCF", "a/d.sdf", "a/z.xml", "b.urdf"));
+  EXPECT_THAT(listing.others, ElementsAre(Pair(".usd", 1), Pair(".xacro", 2)));
   EXPECT_THAT(listing.unreadable, IsEmpty());
   EXPECT_EQ(listing.links_out, 0U);
 }

@@ -187,6 +187,34 @@ constexpr const char* kMutatedRobot = R"(<?xml version="1.0"?>
 </robot>
 )";
 
+// A robot with what SDF files of people have.
+constexpr const char* kMutatedSdf = R"(<?xml version="1.0"?>
+<sdf version="1.9">
+  <model name="walker" canonical_link="base">
+    <link name="base">
+      <pose relative_to="__model__">0 0 0.5 0 0 0</pose>
+      <inertial><mass>5</mass><inertia><ixx>0.2</ixx><iyy>0.3</iyy><izz>0.4</izz></inertia></inertial>
+      <collision name="trunk"><geometry><box><size>0.4 0.3 0.2</size></box></geometry></collision>
+    </link>
+    <frame name="hip_frame" attached_to="base"><pose degrees="true">0.1 0 0 0 5 0</pose></frame>
+    <link name="thigh">
+      <pose relative_to="hip"/>
+      <inertial auto="true"/>
+      <collision name="tube"><geometry><capsule><radius>0.04</radius><length>0.2</length></capsule></geometry></collision>
+    </link>
+    <link name="shin"><pose relative_to="knee"/></link>
+    <joint name="hip" type="revolute">
+      <pose relative_to="hip_frame"/><parent>base</parent><child>thigh</child>
+      <axis><xyz expressed_in="base">0 1 0</xyz><limit><lower>-1</lower><upper>1</upper><effort>40</effort></limit></axis>
+    </joint>
+    <joint name="knee" type="universal">
+      <pose relative_to="thigh">0 0 -0.2 0 0 0</pose><parent>thigh</parent><child>shin</child>
+      <axis><xyz>0 1 0</xyz></axis><axis2><xyz>1 0 0</xyz><mimic joint="hip" axis="axis"/></axis2>
+    </joint>
+  </model>
+</sdf>
+)";
+
 bool same(const Problem& a, const Problem& b) {
   return a.element == b.element && a.line == b.line && a.message == b.message;
 }
@@ -248,6 +276,11 @@ TEST(Mutations, OfFilesAreRefusedInOurWords) {
 TEST(Mutations, OfUrdfFilesAreRefusedInOurWords) {
   ASSERT_TRUE(inspect_model_text(kMutatedRobot, "robot").model) << "the file is valid before";
   try_mutations({kMutatedRobot});
+}
+
+TEST(Mutations, OfSdfFilesAreRefusedInOurWords) {
+  ASSERT_TRUE(inspect_model_text(kMutatedSdf, "robot").model) << "the file is valid before";
+  try_mutations({kMutatedSdf});
 }
 
 }  // namespace
