@@ -1,4 +1,4 @@
-// Loads MJCF and URDF files into the neutral Model with MuJoCo's own parser and compiler. Includes, defaults, frames,
+// Loads MJCF, URDF (urdf.h) and USD files (usd.h) into the neutral Model with MuJoCo's own parser and compiler. Includes, defaults, frames,
 // angle units and inertia inference are MuJoCo's, so a file has the same meaning as in MuJoCo.
 //
 // Carried over: mass and inertia; free, ball, hinge and slide joints, any number in a body, with limits, springs,
@@ -25,7 +25,7 @@ namespace assay {
 // The text of a model's file, of at most kMostModelFileBytes. Throws InputError.
 std::string model_text(const std::string& path);
 
-// Loads `path`, an .xml (MJCF) or .urdf file; a missing capsules-N.xml is generated (load/capsules.h). Throws
+// Loads `path`, an .xml (MJCF), .urdf or .usd file; a missing capsules-N.xml is generated (load/capsules.h). Throws
 // InputError for a file that is missing, unreadable, malformed or outside the common subset: one sentence with element,
 // name, line where it is known, and how to mend it. Concurrent calls wait for each other: MuJoCo's message handler
 // belongs to the process.
