@@ -5,6 +5,7 @@
 #include "base/errors.h"
 #include "load/mjcf.h"
 #include "load/urdf.h"
+#include "load/usd.h"
 
 namespace assay::pairing {
 namespace {
@@ -18,6 +19,7 @@ Side read_side(const std::string& file, const LoadOptions& options) {
     side.format = {.name = "URDF", .drives = false, .contact_friction = false, .velocity_limits = true};
     side.velocity_limits = read_urdf(model_text(file), file, options).velocity_limits;
   }
+  if (is_usd(file)) side.format.name = "USD";
   return side;
 }
 

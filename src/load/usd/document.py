@@ -17,7 +17,7 @@ FAR = 1e6  # rad, m: a bound where MJCF needs one and the file has none
 FOREIGN = re.compile(
     r"^(PhysxTendon\w*|PhysxParticle\w*|PhysxDeformable\w*|OmniPhysicsDeformable\w*|PhysicsDeformable\w*|PhysxAutoParticle\w*|"
     r"PhysxVehicle\w*|PhysxSurfaceVelocityAPI|PhysxForceAPI|PhysxCharacterControllerAPI|PhysxPhysicsGearJoint|"
-    r"PhysicsAttachment|PhysxPhysicsAttachment|NewtonActuator|MjcTendon)"
+    r"PhysicsAttachment|PhysxPhysicsAttachment|NewtonActuator)"
 )
 
 
@@ -80,6 +80,7 @@ class Document:
         for i, body in enumerate(robot.bodies):
             if body.parent is None:
                 self.write_body(i, 2, bodies)
+        tendons = self.read_tendons()
         actuators, equalities = self.actuators(), self.equalities()
         # what loops hold bodies by stands in the bodies
         bodies = [line for each in bodies for line in (each if isinstance(each, list) else [each])]
@@ -88,22 +89,32 @@ class Document:
         key = self.keyframe()
         lines = [
             f"<mujoco model={quoteattr(self.model_name)}>",
-            '  <compiler angle="radian" autolimits="false" inertiafromgeom="false"/>',
+            "  " + element("compiler", angle="radian", autolimits="false", inertiafromgeom="false", **self.compiler),
             f'  <option gravity="{numbers(self.gravity)}"><flag filterparent="disable"/></option>',
         ]
         if self.assets:
             lines += ["  <asset>", *self.assets, "  </asset>"]
         lines += ["  <worldbody>", *world, *bodies, "  </worldbody>"]
-        for tag, inner in (("contact", self.pairs), ("equality", equalities), ("actuator", actuators), ("keyframe", key)):
+        for tag, inner in (("contact", self.pairs), ("tendon", tendons), ("equality", equalities), ("actuator", actuators), ("keyframe", key)):
             if inner:
                 lines += [f"  <{tag}>", *("    " + each for each in inner), f"  </{tag}>"]
         return "\n".join(lines) + "\n</mujoco>\n"
 
     # ---- the scene
 
+    def read_compiler(self, scenes):
+        """What MuJoCo does to masses when it reads the file."""
+        words = {"settotalmass": ("setTotalMass", -1.0), "boundmass": ("boundMass", 0.0), "boundinertia": ("boundInertia", 0.0)}
+        found = {key: self.scene.value(prim, f"mjc:compiler:{name}", none) for prim in scenes for key, (name, none) in words.items()}
+        result = {key: numbers(value) for key, value in found.items() if value > 0}
+        if any(self.scene.value(prim, "mjc:compiler:balanceInertia", False) for prim in scenes):
+            result["balanceinertia"] = "true"
+        return result
+
     def read_gravity(self):
         scene = self.scene
         scenes = [prim for prim in scene.prims() if prim.GetTypeName() == "PhysicsScene"]
+        self.compiler = self.read_compiler(scenes[:1])
         down = -AXES[scene.up]
         size = 9.81
         if scenes:
@@ -191,6 +202,7 @@ class Document:
                     limited="true" if limited else "false",
                     range=numbers(max(axis.lower, -FAR), min(axis.upper, FAR)) if limited else None,
                     ref=numbers(axis.reference) if axis.reference else None,
+                    margin=numbers(axis.margin) if axis.margin else None,
                     **self.passive(axis),
                 )
             )
@@ -332,10 +344,15 @@ class Document:
         return i
 
     def bodies_apart(self):
-        """Pairs of bodies that a joint keeps from touching."""
-        return {
-            tuple(sorted(joint.bodies)) for joint in self.robot.joints if not joint.collides and None not in joint.bodies
-        }
+        """Pairs of bodies that a joint keeps from touching; in files with MuJoCo's schema all that is welded to them."""
+        pairs = {tuple(sorted(joint.bodies)) for joint in self.robot.joints if not joint.collides and None not in joint.bodies}
+        if not any(schema in ("MjcSceneAPI", "MjcCollisionAPI") for prim in self.scene.prims() for schema in self.scene.schemas(prim)):
+            return pairs
+        together = {}
+        for i in range(len(self.robot.bodies)):
+            together.setdefault(self.weld_of(i), []).append(i)
+        sides = [(together[self.weld_of(a)], together[self.weld_of(b)]) for a, b in pairs]
+        return {tuple(sorted((a, b))) for some, others in sides for a in some for b in others if a != b}
 
     def trees_without_own_contacts(self):
         scene, alone = self.scene, []
@@ -470,6 +487,44 @@ class Document:
             lines.append(element(tag, name=name, site1=sites[0], site2=sites[1]))
         return lines
 
+    def read_tendons(self):
+        """Of MuJoCo's schema those that are sums of joints."""
+        scene, lines = self.scene, []
+        self.tendons = {}
+        for prim in scene.prims():
+            if prim.GetTypeName() != "MjcTendon":
+                continue
+            value = lambda name, fallback: scene.value(prim, "mjc:" + name, fallback)
+            if (kind := value("type", "spatial")) != "fixed":
+                scene.unsupported(prim, f"is a tendon of the type '{kind}'", "make it a fixed one", "leaves it out")
+                continue
+            path, factors = scene.targets(prim, "mjc:path"), list(value("path:coef", ()))
+            order = list(value("path:indices", ())) or range(len(path))
+            axes = [self.axis_by_path(path[i]) if i < len(path) else None for i in order]
+            if len(factors) != len(axes) or None in axes:
+                scene.unsupported(
+                    prim,
+                    f"has {len(path)} joints and {len(factors)} coefficients",
+                    "name a joint of one coordinate for each coefficient",
+                    "leaves it out",
+                )
+                continue
+            words = {"name": self.name("tendon", prim)}
+            for name in ("stiffness", "damping", "frictionloss", "armature", "margin"):
+                if given := value(name, 0.0):
+                    words[name] = numbers(given)
+            for name, begin in (("range", ""), ("actuatorfrcrange", "actuatorfrc")):
+                low, high = value(name + ":min", 0.0), value(name + ":max", 0.0)
+                limited = value(begin + "limited", "auto")
+                if limited == "true" or (limited == "auto" and low < high):
+                    words |= {begin + "limited": "true", name: numbers(low, high)}
+            if max(rest := list(value("springlength", (-1.0, -1.0)))) >= 0:
+                words["springlength"] = numbers(*rest)
+            self.tendons[prim.GetPath()] = words["name"]
+            inner = [element("joint", joint=axis.label, coef=numbers(factor)) for axis, factor in zip(axes, factors)]
+            lines += [element("fixed", False, **words), *("  " + each for each in inner), "</fixed>"]
+        return lines
+
     def actuators(self):
         scene, lines = self.scene, []
         self.controls = []
@@ -479,13 +534,15 @@ class Document:
                 continue
             targets = scene.targets(prim, "mjc:target")
             axis = self.axis_by_path(targets[0]) if targets else None
-            if axis is None:
+            tendon = self.tendons.get(targets[0]) if targets else None
+            if axis is None and tendon is None:
                 target = f"<{targets[0]}>" if targets else "nothing"
                 scene.unsupported(prim, f"acts on {target}, which is no joint of one coordinate", "name a joint", "leaves it out")
                 continue
             driven.add(axis)
             value = lambda name, fallback: scene.value(prim, "mjc:" + name, fallback)
-            words = {"name": self.name("actuator", prim), "joint": axis.label}
+            words = {"name": self.name("actuator", prim)}
+            words |= {"joint": axis.label} if axis else {"tendon": tendon}
             for key, name, fallback in (("gear", "gear", (1,)), ("gainprm", "gainPrm", (1,)), ("biasprm", "biasPrm", (0,)), ("dynprm", "dynPrm", (1,))):
                 words[key] = numbers(value(name, fallback))
             for key, name, fallback in (("gaintype", "gainType", "fixed"), ("biastype", "biasType", "none"), ("dyntype", "dynType", "none")):

@@ -20,6 +20,7 @@ class Axis:
         self.drive = None
         self.armature = self.damping = self.friction = self.stiffness = self.spring_reference = self.reference = 0.0
         self.effort = None  # of the joint itself: (lower, upper)
+        self.margin = 0.0  # of its limits
         self.label = ""
 
 
@@ -233,6 +234,7 @@ class Robot:
         axis.stiffness = value("mjc:stiffness", 0.0) * inertia
         axis.spring_reference = value("mjc:springref", 0.0) * degree
         axis.reference = value("mjc:ref", 0.0) * degree
+        axis.margin = value("mjc:margin", 0.0) * (1 if axis.is_angular else metre)
         for name, names in (
             ("armature", axis.armature), ("damping", axis.damping), ("friction", axis.friction), ("stiffness", axis.stiffness)
         ):
