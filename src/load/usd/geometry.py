@@ -58,6 +58,14 @@ def diagonal(x, y, z):
     return [[x, 0, 0], [0, y, 0], [0, 0, z]]
 
 
+def possible(moments):
+    """Principal moments without what single precision takes from flat bodies: no moment above the sum of the others."""
+    small, middle, large = sorted(moments)
+    lack = large - small - middle
+    spare = 1e-7 * large
+    return [each + lack + spare for each in moments] if -spare < lack <= 1e-5 * large else list(moments)
+
+
 def rotated(inertia, rotation):
     """R I R^T."""
     r = Pose(rotation).columns()  # r[j][i]: row i of column j

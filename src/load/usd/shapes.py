@@ -298,7 +298,8 @@ class Shapes:
             rotation = Gf.Quatd(1)
             if axes is not None and Gf.Quatd(axes).GetLength() > 0:
                 rotation = Gf.Quatd(axes).GetNormalized()
-            inertia = geometry.rotated(geometry.diagonal(*(each * unit for each in moments)), to_body.rotation * rotation)
+            moments = geometry.possible([each * unit for each in moments])
+            inertia = geometry.rotated(geometry.diagonal(*moments), to_body.rotation * rotation)
         return mass, centre, inertia
 
     def has_inertia(self, prim):

@@ -96,8 +96,10 @@ def check_composition(stage):
         at = re.search(r"introduced by @[^@]*@<([^>]*)>", text)
         place = f" at <{at.group(1)}>" if at else ""
         if is_url(missing.group(1)):
+            # OpenUSD takes it for a path
+            url = re.sub(r"^([A-Za-z0-9+.-]+):/(?!/)", r"\1://", missing.group(1))
             raise Refusal(
-                f"refers{place} to '{missing.group(1)}', and nothing is fetched from the network",
+                f"refers{place} to '{url}', and nothing is fetched from the network",
                 "download it next to the model, and refer to that file",
             )
         raise Refusal(f"refers{place} to the file '{missing.group(1)}', which is not there", "add it, or remove the reference")
