@@ -10,7 +10,7 @@ from geometry import AXES, Pose
 from shapes import Shapes
 
 BITS = 30  # of contype and conaffinity
-MOST_PAIRS = 200_000
+MOST_PAIRS = 50_000
 FAR = 1e6  # rad, m: a bound where MJCF needs one and the file has none
 
 # Elements of simulations that no engine here is given, by the type or applied schema that stands for them.
@@ -296,21 +296,27 @@ class Document:
             shape.kinds = (0, 0) if listed else shape.kinds
             shape.name = self.name("geom", shape.prim)
         welds = [self.weld_of(i) for i in range(len(self.robot.bodies))]
-        of_group = {id(shape): self.groups_of(shape, groups) for shape in shapes} if groups else {}
+        fused = [None if shape.body is None else welds[shape.body] for shape in shapes]
+        trees = [None if shape.body is None else self.tree_of(shape.body) for shape in shapes]
+        of_group = self.groups_of(shapes, groups) if groups else [()] * len(shapes)
+        enabled = {}  # by the groups of both
         for i, a in enumerate(shapes):
-            for b in shapes[i + 1 :]:
+            for k in range(i + 1, len(shapes)):
+                b = shapes[k]
                 friction = combined(a, b)
                 if not listed and (a.priority != b.priority or friction == max(a.friction[0], b.friction[0])):
                     continue
                 key = (a.body, b.body) if None in (a.body, b.body) or a.body < b.body else (b.body, a.body)
-                if (None if a.body is None else welds[a.body]) == (None if b.body is None else welds[b.body]) or key in filtered:
+                if fused[i] == fused[k] or key in filtered:
                     continue
-                tree = None if a.body is None else self.tree_of(a.body)
-                if tree is not None and b.body is not None and tree == self.tree_of(b.body) and tree in alone:
+                if trees[i] is not None and trees[i] == trees[k] and trees[i] in alone:
                     continue
-                if frozenset((a.prim.GetPath(), b.prim.GetPath())) in by_shape:
+                if by_shape and frozenset((a.prim.GetPath(), b.prim.GetPath())) in by_shape:
                     continue
-                if groups and not all(groups.IsCollisionEnabled(g, h) for g in of_group[id(a)] for h in of_group[id(b)]):
+                both = of_group[i], of_group[k]
+                if both not in enabled:
+                    enabled[both] = all(groups.IsCollisionEnabled(g, h) for g in both[0] for h in both[1])
+                if not enabled[both]:
                     continue
                 others = [max(a.friction[n], b.friction[n]) for n in (1, 2, 2)]
                 words = {"condim": max(a.condim, b.condim), "friction": numbers(friction, friction, *others)}
@@ -323,9 +329,13 @@ class Document:
         return pairs
 
     @staticmethod
-    def groups_of(shape, table):
-        found = [group for group in table.GetGroups() if includes(shape.prim, group)]
-        return found
+    def groups_of(shapes, table):
+        """The paths of each shape's collision groups."""
+        queries = {}
+        for group in table.GetGroups() if shapes else ():
+            prim = shapes[0].prim.GetStage().GetPrimAtPath(group)
+            queries[group] = UsdPhysics.CollisionGroup(prim).GetCollidersCollectionAPI().ComputeMembershipQuery()
+        return [tuple(g for g, query in queries.items() if query.IsPathIncluded(shape.prim.GetPath())) for shape in shapes]
 
     def weld_of(self, i):
         """The first body upwards that moves against its parent; None: it is fixed to the world."""
@@ -664,7 +674,3 @@ def combined(a, b):
     x, y = a.friction[0], b.friction[0]
     return ((x + y) / 2, min(x, y), x * y, max(x, y))[mode]
 
-
-def includes(prim, group):
-    collection = UsdPhysics.CollisionGroup(prim.GetStage().GetPrimAtPath(group)).GetCollidersCollectionAPI()
-    return collection.ComputeMembershipQuery().IsPathIncluded(prim.GetPath())
