@@ -181,6 +181,7 @@ find_engines_on_request() {
 # environment_folder NAME: the virtual environment of an engine whose adapter is in Python.
 environment_folder() { python_folder "$1" "${root}/src/engines/$1/requirements.txt" "$(engine_python "$1")"; }
 package_environment_folder() { python_folder package "${root}/setup/pip/package.txt" "$(engine_python)"; }
+usd_environment_folder() { python_folder usd "${root}/setup/pip/usd.txt" "$(engine_python)"; }
 match_environment_folder() { python_folder match "${root}/setup/pip/match.txt" "$(engine_python)"; }
 test_environment_folder() { python_folder python-host "${root}/setup/pip/python_host.txt" "$(engine_python)"; }
 # Node.js bundles the report's page, npm fetches its libraries: the system's, or else those of setup/pip/node.txt.

@@ -7,6 +7,7 @@
 #   setup/setup.sh --builds BUILD...  also sets up these builds of the engines (setup/builds.txt), on demand
 #   setup/setup.sh --robots  fetches real robots (setup/pip/robots.txt) instead: some 600 MB, on demand
 #   setup/setup.sh --match   makes the environment of `assay match`'s optimiser (setup/pip/match.txt) instead: 240 MB, on demand
+#   setup/setup.sh --usd     makes the environment that reads USD files (setup/pip/usd.txt) instead: 210 MB, on demand
 #   setup/setup.sh --engines NAME...|all  sets up these engines instead, on demand: those with a Python environment
 #                            (src/engines/NAME/requirements.txt), which are large, and those that are not of the core
 #                            (src/engines/NAME/about.toml); NAME@RELEASE, NAME@all: releases of one (src/engines/NAME/releases.txt)
@@ -26,13 +27,14 @@ root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 source "${root}/setup/common.sh"
 # shellcheck source=setup/releases.sh
 source "${root}/setup/releases.sh"
-with_tests="" with_fuzz="" prune="" robots="" package="" match="" wheel="" builds=() python_engines=() built_engines=() releases=()
+with_tests="" with_fuzz="" prune="" robots="" package="" match="" usd="" wheel="" builds=() python_engines=() built_engines=() releases=()
 case "${1:-}" in
   "") ;;
   --tests) with_tests=1 ;;
   --prune) prune=1 ;;
   --robots) robots=1 ;;
   --match) match=1 ;;
+  --usd) usd=1 ;;
   --fuzz) with_fuzz=1 ;;
   --package) package=1 ;;
   --wheel) wheel=1 ;;
@@ -50,7 +52,7 @@ case "${1:-}" in
       exit 2
     done
     ;;
-  *) echo "setup: unknown argument '$1': the arguments are --tests, --builds, --robots, --match, --fuzz, --engines, --wheel, --package and --prune" >&2; exit 2 ;;
+  *) echo "setup: unknown argument '$1': the arguments are --tests, --builds, --robots, --match, --usd, --fuzz, --engines, --wheel, --package and --prune" >&2; exit 2 ;;
 esac
 exec 1>&2
 
@@ -433,6 +435,9 @@ set_up_test_environment() {
 # What `assay match` searches with.
 set_up_match() { make_venv "$(match_environment_folder)" "${root}/setup/pip/match.txt" "$(engine_python)"; }
 
+# What reads USD files.
+set_up_usd() { make_venv "$(usd_environment_folder)" "${root}/setup/pip/usd.txt" "$(engine_python)"; }
+
 # ---- engines whose adapters are in Python -----------------------------------------------------------------------------
 
 # What their wheels and assay's host need is looked at before anything is downloaded.
@@ -565,7 +570,7 @@ find_pieces() {
   local name each build
   pieces=(set_up_web set_up_libraries)
   [[ -n ${wheel} ]] && pieces+=("set_up_engine portable")
-  [[ -n ${with_tests} ]] && pieces+=(set_up_tools set_up_test_environment set_up_match)
+  [[ -n ${with_tests} ]] && pieces+=(set_up_tools set_up_test_environment set_up_match set_up_usd)
   for name in $(for each in "${engines[@]}"; do echo "$(recipe_minutes "${each}") ${each}"; done | sort -rn | cut -d ' ' -f 2); do
     if [[ " ${ASSAY_SKIP_ENGINES:-} " == *" ${name} "* ]]; then
       say "doing without the engine ${name} (ASSAY_SKIP_ENGINES)"
@@ -592,7 +597,7 @@ list_engines() {
     done
   done >"${root}/build/engines.txt"
   # --prune goes by the time of a folder
-  touch -c "$(match_environment_folder)" 2>/dev/null || true
+  touch -c "$(match_environment_folder)" "$(usd_environment_folder)" 2>/dev/null || true
   for recipe in "${root}"/src/engines/*/requirements.txt; do
     name="${recipe%/requirements.txt}"
     touch -c "$(environment_folder "${name##*/}")" 2>/dev/null || true
@@ -651,6 +656,11 @@ fi
 if [[ -n ${match} ]]; then
   set_up_match
   say "the optimiser of 'assay match' is ready"
+  exit
+fi
+if [[ -n ${usd} ]]; then
+  set_up_usd
+  say "the library that reads USD is ready"
   exit
 fi
 if [[ -n ${robots} ]]; then

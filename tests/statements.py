@@ -1354,6 +1354,23 @@ def how_soft_the_cube_is(runs):
 
 
 @sentence(REALITY)
+def what_matters_for_the_cube(runs):
+    folder = max(ROOT.glob("results/reality-20[0-9][0-9]-*"))
+    pairs = reality.ablations(folder, measured_motion("tosses"))
+    worse, same, better = [], [], []
+    for name, (whole, without) in pairs.items():
+        assert whole.name == "mujoco-euler-elliptic"
+        low, high = reality.apart(without, whole)
+        if low > 0:
+            worse.append(f"{low:.1f} to {high:.1f} without {name}")
+        else:
+            (better if high < 0 else same).append(name)
+    listed = lambda names: ", ".join(names[:-1]) + (" or " if len(names) > 1 else "") + names[-1]
+    return ("Which parameters matter? `mujoco-euler-elliptic` is worse in the mean of both numbers (95 %, on the same tosses) by " + ", by ".join(worse)
+            + (f"; it is not clearly worse without {listed(same)}" if same else "") + (f", and better without {listed(better)}" if better else "") + ".")
+
+
+@sentence(REALITY)
 def cube_by_timestep(runs):
     best = reality.ranked(measured_motion("tosses"))[0]
     by = {each["timestep_ms"]: each["held_out"]["position_percent"] for each in best.found["timesteps"]}

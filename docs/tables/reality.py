@@ -46,6 +46,10 @@ class Contender:
         of = [log[which] for log in self.logs.values() if log.get(which)]
         return statistics.mean(score(each) if key is None else each[key] for each in of)
 
+    def on(self, logs):
+        """The same of these logs alone."""
+        return Contender({**self.found, "logs": [log for log in self.found["logs"] if log["log"] in logs]})
+
     def parameter(self, name):
         return next(each for each in self.found["parameters"] if each["name"] == name)
 
@@ -138,13 +142,15 @@ def figures_text(of):
 
 
 def ablations(folder, found):
-    """{what was not fitted: (the contender with the whole fit, the same without)}, the worst loss first."""
+    """{what was not fitted: (the contender with the whole fit, the same without)}, both on the logs that both predict, the worst loss
+    first: alone a contender has fewer predictable logs than beside others."""
     whole = {each.name: each for each in ranked(found)}
     pairs = {}
     for path in sorted(folder.glob("tosses-without-*.json*")):
         name = path.name.removeprefix("tosses-without-").split(".")[0]
         without = ranked(answer(folder, f"tosses-without-{name}"))[0]
-        pairs[name] = whole[without.name], without
+        both = whole[without.name].logs.keys() & without.logs.keys()
+        pairs[name] = whole[without.name].on(both), without.on(both)
     return dict(sorted(pairs.items(), key=lambda pair: -sum(apart(pair[1][1], pair[1][0]))))
 
 
@@ -152,8 +158,8 @@ def ablations_table(pairs):
     rows = []
     for name, (whole, without) in pairs.items():
         low, high = apart(without, whole)
-        rows.append([name, errors_text(without, "held_out"), f"{low:+.2g} to {high:+.2g}"])
-    return table(["not fitted", f"`{next(iter(pairs.values()))[0].name}`", "worse than the whole fit by (95 %)"], rows)
+        rows.append([name, len(whole.logs), errors_text(whole, "held_out"), errors_text(without, "held_out"), f"{low:+.2g} to {high:+.2g}"])
+    return table(["not fitted", "tosses", f"`{next(iter(pairs.values()))[0].name}`, all fitted", "without it", "worse by (95 %)"], rows)
 
 
 def known_truth_table(found):

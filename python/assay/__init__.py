@@ -2,7 +2,7 @@
 
     import assay
 
-    model = assay.load("humanoid")                      # a system's name, or an MJCF or URDF file
+    model = assay.load("humanoid")                      # a system's name, or an MJCF, URDF or USD file
     run = assay.Simulation(model, "mujoco-euler", timestep_ms=1)
     run.step()                                          # create, step, read: the three functions
     run.read().position                                 # a view, (joints,), rad and m

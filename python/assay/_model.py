@@ -123,7 +123,7 @@ def _checked(function: str, how: Mapping[str, Any], allowed: Iterable[str]) -> M
 
 
 def load(model: Union[str, os.PathLike], **how: Any) -> Model:
-    """Loads an MJCF or URDF file, or a system by its name ("humanoid", "capsules-27").
+    """Loads an MJCF, URDF or USD file, or a system by its name ("humanoid", "capsules-27").
 
     {arguments}
 

@@ -156,12 +156,12 @@ void add_check(CLI::App& app, Action& action) {
       app, "check", "Show what to fix in a model and what each engine does with it",
       {{"assay check planar-chain", "a system that comes with assay"},
        {"assay check my_robot.xml --drop-unsupported", "leaves out what no engine can be given, and names it"},
-       {"assay check my_robot.urdf --json", "URDF files load the same way"},
+       {"assay check my_robot.urdf --json", "URDF files load the same way, and .usd files after ./assay setup usd"},
        {"assay check robots --baseline known.json --fail-on mend --sarif robots.sarif",
         "all robots of a folder: status 1 for what is new and to mend"}});
   const auto options = std::make_shared<CheckOptions>();
   add_model_options(*command, options->model, Repair::kOwn);
-  command->get_option("MODEL")->description("MJCF or URDF file, a system's name, or a folder of such files");
+  command->get_option("MODEL")->description("MJCF, URDF or USD file, a system's name, or a folder of robots");
   const CLI::Option* repair =
       command
           ->add_option(

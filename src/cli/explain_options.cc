@@ -11,7 +11,7 @@ namespace assay::cli {
 
 void add_robot(CLI::App& command, ExplainOptions& options, const std::string& robot) {
   options.command = &command;
-  command.add_option(robot, options.model.model, "MJCF or URDF file, a system's name, or a results directory")
+  command.add_option(robot, options.model.model, "MJCF, URDF or USD file, a system's name, or a results directory")
       ->required()
       ->type_name("");
 }

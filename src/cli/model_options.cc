@@ -71,7 +71,7 @@ void add_load_options(CLI::App& command, ModelOptions& options, Repair repair) {
 }
 
 void add_model_options(CLI::App& command, ModelOptions& options, Repair repair) {
-  command.add_option("MODEL", options.model, "MJCF or URDF file, or a system's name")->required()->type_name("");
+  command.add_option("MODEL", options.model, "MJCF, URDF or USD file, or a system's name")->required()->type_name("");
   add_load_options(command, options, repair);
 }
 

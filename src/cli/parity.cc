@@ -23,6 +23,7 @@
 #include "cli/model_options.h"
 #include "engines/facts.h"
 #include "load/model_mjcf.h"
+#include "load/usd.h"
 
 namespace assay::cli {
 namespace {
@@ -70,8 +71,8 @@ void write_certificate(const Json& document, const std::string& out, const std::
 bool is_model(const std::string& word) {
   std::error_code error;
   const std::string ending = std::filesystem::path(word).extension().string();
-  if (ending == ".xml" || ending == ".urdf" || ending == ".mjcf" || ending == ".sdf" || word.starts_with("robots:"))
-    return true;
+  if (ending == ".xml" || ending == ".urdf" || ending == ".mjcf" || ending == ".sdf" || is_usd(word)) return true;
+  if (word.starts_with("robots:")) return true;
   const std::vector<std::string> contenders = Registry::instance().contender_names(), systems = system_names();
   if (std::ranges::find(contenders, word) != contenders.end()) return false;
   return std::ranges::find(systems, word) != systems.end() || std::filesystem::is_regular_file(word, error);
@@ -181,8 +182,9 @@ void add_parity(CLI::App& app, Action& action) {
   const auto options = std::make_shared<ParityOptions>();
   add_model_options(*command, options->model);
   command
-      ->add_option("CONTENDER", options->contenders,
-                   "Contenders (default: one of each engine), or a second MJCF or URDF file to compare with the first")
+      ->add_option(
+          "CONTENDER", options->contenders,
+          "Contenders (default: one of each engine), or a second MJCF, URDF or USD file to compare with the first")
       ->type_name("");
   command->add_flag("--all", options->all, "All contenders of all engines; of two files all differences")
       ->disable_flag_override();

@@ -19,6 +19,7 @@
 #include "cli/answer.h"
 #include "engines/registry.h"
 #include "load/mjcf.h"
+#include "load/usd.h"
 #include "results/transfer_text.h"
 #include "run/coordinator/model_notes.h"
 #include "run/coordinator/set_up.h"
@@ -137,8 +138,9 @@ bool is_robot(const std::string& given) {
   const std::string ending = fs::path(given).extension().string();
   if (ending == ".toml") return false;
   if (ending == ".urdf" || ending == ".xml" || ending == ".mjcf" || ending == ".sdf" || ending == ".world" ||
-      ending == ".xacro")
+      ending == ".xacro" || is_usd(given)) {
     return true;
+  }
   if (given.starts_with("robots:")) return true;
   std::error_code error;
   if (fs::is_regular_file(given, error)) {

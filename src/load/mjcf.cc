@@ -26,6 +26,7 @@
 #include "load/start.h"
 #include "load/translation.h"
 #include "load/urdf.h"
+#include "load/usd.h"
 
 namespace assay {
 namespace {
@@ -368,17 +369,52 @@ ActivityLimits limits_of(const LoadOptions& options) {
   return limits;
 }
 
-}  // namespace
-
-std::string model_text(const std::string& path) {
+void require_file(const std::string& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (!fs::exists(status)) throw InputError(fmt::format("there is no file '{}'; check the path", path));
   if (fs::is_directory(status)) {
-    throw InputError(fmt::format("'{}' is a folder; name an .xml (MJCF), .urdf or .sdf file in it", path));
+    throw InputError(fmt::format("'{}' is a folder; name an .xml (MJCF), .urdf, .sdf or .usd file in it", path));
   }
-  if (!fs::is_regular_file(status))
-    throw InputError(fmt::format("'{}' is not a file; name an .xml, .urdf or .sdf file", path));
+  if (!fs::is_regular_file(status)) {
+    throw InputError(fmt::format("'{}' is not a file; name an .xml, .urdf, .sdf or .usd file", path));
+  }
+}
+
+// USD by way of MJCF. Messages name prims, and no lines of a text that nobody has seen.
+LoadReport load_usd(const std::string& path, const LoadOptions& options, FileFacts* facts, Drawing* drawing = nullptr) {
+  require_file(path);
+  const UsdDocument usd = read_usd(path, options);
+  LoadReport report;
+  if (!usd.refused()) {
+    report = load(
+        fs::path(path).stem().string(), "", usd.text, options, facts,
+        [&](char* message, int size) { return mj_parseXMLString(usd.text.c_str(), nullptr, message, size); }, drawing);
+    for (Problem& problem : report.problems) usd.place(problem);
+  }
+  report.problems.insert(report.problems.begin(), usd.problems.begin(), usd.problems.end());
+  if (report.model) {
+    std::vector<std::string>& notes = report.model->notes;
+    for (std::string& note : notes) note = UsdDocument::without_lines(note);
+    std::vector<std::string> first = usd.notes;
+    for (const Problem& problem : usd.problems) first.push_back(problem_text(problem));
+    notes.insert(notes.begin(), first.begin(), first.end());
+  }
+  if (facts != nullptr) {
+    facts->lines.clear();
+    facts->files.clear();
+    for (MeshFacts& mesh : facts->meshes) {
+      mesh.line = 0;
+      mesh.in.clear();
+    }
+  }
+  return report;
+}
+
+}  // namespace
+
+std::string model_text(const std::string& path) {
+  require_file(path);
   return input_file(path, "model", "an .xml, .urdf or .sdf file", kMostModelFileBytes);
 }
 
@@ -389,6 +425,8 @@ LoadReport inspect_model(const std::string& path, const LoadOptions& options, Fi
   LoadReport report;
   if (capsules && !fs::exists(path, error)) {
     report = inspect_model_text(capsules_mjcf(*capsules), path, options, facts);
+  } else if (is_usd(path)) {
+    report = load_usd(path, options, facts);
   } else {
     report = load(fs::path(path).stem().string(), path, model_text(path), options, facts,
                   [&](char* message, int size) { return parse_file(path, message, size); });
@@ -407,6 +445,7 @@ Drawing read_drawing(const std::string& path, const LoadOptions& options) {
   Drawing drawing;
   std::error_code error;
   if (!fs::exists(path, error)) return drawing;  // generated models have capsules alone
+  if (is_usd(path)) return load_usd(path, options, nullptr, &drawing).model ? drawing : Drawing();
   const std::string text = model_text(path);
   const LoadReport report = load(
       fs::path(path).stem().string(), path, text, options, nullptr,

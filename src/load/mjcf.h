@@ -1,5 +1,6 @@
-// Loads MJCF, URDF and SDF (sdf.h) files into the neutral Model with MuJoCo's own parser and compiler. Includes,
-// defaults, frames, angle units and inertia inference are MuJoCo's, so a file has the same meaning as in MuJoCo.
+// Loads MJCF, URDF, SDF (sdf.h) and USD (usd.h) files into the neutral Model with MuJoCo's own parser and compiler.
+// Includes, defaults, frames, angle units and inertia inference are MuJoCo's, so a file has the same meaning as in
+// MuJoCo.
 //
 // Carried over: mass and inertia; free, ball, hinge and slide joints, any number in a body, with limits, springs,
 // dampers, armature and dry friction; spheres, capsules, boxes, cylinders, ellipsoids, planes, height fields, and
@@ -25,10 +26,10 @@ namespace assay {
 // The text of a model's file, of at most kMostModelFileBytes. Throws InputError.
 std::string model_text(const std::string& path);
 
-// Loads `path`, an .xml (MJCF), .urdf or .sdf file; a missing capsules-N.xml is generated (load/capsules.h). Throws
-// InputError for a file that is missing, unreadable, malformed or outside the common subset: one sentence with element,
-// name, line where it is known, and how to mend it. Concurrent calls wait for each other: MuJoCo's message handler
-// belongs to the process.
+// Loads `path`, an .xml (MJCF), .urdf, .sdf or .usd file; a missing capsules-N.xml is generated (load/capsules.h).
+// Throws InputError for a file that is missing, unreadable, malformed or outside the common subset: one sentence with
+// element, name, line where it is known, and how to mend it. Concurrent calls wait for each other: MuJoCo's message
+// handler belongs to the process.
 Model load_model(const std::string& path, const LoadOptions& options = {});
 
 // The same for the text of an MJCF, URDF or SDF document. `name` replaces the file's name in messages, and the model's

@@ -5,6 +5,7 @@
 
 #include "base/errors.h"
 #include "load/mjcf.h"
+#include "load/usd.h"
 
 namespace assay::pairing {
 namespace {
@@ -20,6 +21,7 @@ Side read_side(const std::string& file, const LoadOptions& options) {
     side.format = {.name = "SDF", .drives = false, .contact_friction = true, .velocity_limits = true};
   }
   side.velocity_limits = std::move(facts.velocity_limits);
+  if (is_usd(file)) side.format.name = "USD";
   return side;
 }
 
