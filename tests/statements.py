@@ -1437,6 +1437,30 @@ def known_truth_of_boxes(runs):
 
 
 @sentence(REALITY)
+def pendulum_tables(runs):
+    return [line for name in reality.OTHERS for line in reality.errors_table(measured_motion(name)).strip().split("\n")[2:]]
+
+
+@sentence(REALITY)
+def what_the_energy_log_determines(runs):
+    order = reality.ranked(measured_motion("pendulum-energy"))
+    combinations = {each.name: [set(of["members"]) for of in each.found["not_identified"]] for each in order}
+    mass = [name for name, of in combinations.items() if any("mass:link" in members for members in of)]
+    friction = [name for name, of in combinations.items() if any({"mass:link", "dry_friction:hinge"} <= members for members in of)]
+    assert len(mass) == len(order), combinations
+    return f"The mass is not identified in any of the {COUNTS[len(order)]}: it is named with damping, in {COUNTS[len(friction)]} of them with dry friction, too."
+
+
+@sentence(REALITY)
+def what_the_energy_log_is_worth(runs):
+    order = reality.ranked(measured_motion("pendulum-energy"))
+    rest = order[0].mean("at_rest")
+    fitted = [each.mean("held_out") for each in order]
+    assert min(fitted) > rest, (rest, fitted)
+    return f"Nothing explains its last third: {min(fitted):.0f}° to {max(fitted):.0f}° over 2 s, where what stays at the window's start is off by {rest:.0f}°."
+
+
+@sentence(REALITY)
 def planted_cases(runs):
     found = measured_motion("known-truth")
     assert found["planted"] == len(found["combinations"]) and found["named"] == sum(map(bool, found["combinations"]))

@@ -16,6 +16,7 @@ from .common import DOCS, milliseconds, table, write
 # Of the figure: its title, and which error of a free body it shows.
 PANELS = {"tosses": ("Tossed cube: held-out error over the whole motion (% of its side)", "position_percent"),
           "double-pendulum": ("Double pendulum: held-out error over 2 s (degrees)", None)}
+OTHERS = ("pendulum-sysid", "pendulum-energy")  # tables alone
 RESAMPLES = 2000
 
 
@@ -88,6 +89,8 @@ def errors_table(found):
     for each in order:
         low, high = apart(each, best) if each is not best else (0, 0)
         behind = "best" if each is best else f"{low:+.2g} to {high:+.2g}" + (": as good" if low <= 0 else "")
+        if len(best.logs) < 2 and each is not best:
+            behind = f"{low:+.2g}, of one log"
         rows.append([f"`{each.name}`", *([errors_text(each, "untuned_short"), errors_text(each, "held_out_short")] if short else []),
                      errors_text(each, "untuned"), errors_text(each, "held_out"), errors_text(each, "floor"), behind])
     for each in found["contenders"]:
@@ -224,8 +227,8 @@ def add_arguments(parser):
 
 
 def update(options):
-    found = {name: answer(options.results, name) for name in PANELS if list(options.results.glob(f"{name}.json*"))}
-    figure(found, options.page.with_suffix(".svg"))
+    found = {name: answer(options.results, name) for name in (*PANELS, *OTHERS) if list(options.results.glob(f"{name}.json*"))}
+    figure({name: of for name, of in found.items() if name in PANELS}, options.page.with_suffix(".svg"))
     write(options.page, {name: errors_table(of) for name, of in found.items()})
     tables = {}
     if pairs := ablations(options.results, found["tosses"]):

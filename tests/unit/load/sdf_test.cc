@@ -15,7 +15,7 @@
 #include "load/mjcf.h"
 #include "temp_folder.h"
 
-namespace assay {
+namespace assay::sdf_files {
 namespace {
 
 namespace fs = std::filesystem;
@@ -336,4 +336,4 @@ TEST_F(SdfIncludes, AreReadFromTheModelsFolderAlone) {
 }
 
 }  // namespace
-}  // namespace assay
+}  // namespace assay::sdf_files

@@ -23,7 +23,7 @@ using ::testing::HasSubstr;
 
 const ModelSpec kModel = {"models/chain.xml",
                           "abc",
-                          {true, "home", "pose.txt", {{"my_robot", "dir"}}, RootJoint::kFloating, Ground::kNone},
+                          {true, "home", "pose.txt", "arm", {{"my_robot", "dir"}}, RootJoint::kFloating, Ground::kNone},
                           {false, false, true, 0.05, 1}};
 const ContenderSpec kContender = {"A", "mujoco-euler", {{"iterations", "50"}, {"cone", "elliptic"}}};
 const SubjectSpec kSubject = {
