@@ -181,14 +181,20 @@ std::vector<WindowError> errors_from(const Json& list) {
 // A contender before the ranking.
 struct Raw {
   ContenderResult result;
+  std::vector<std::string> refused;  // parameters that the contender does not take; `result` is without them
   std::vector<Scored> scored;
 };
+
+void leave_out(const std::vector<std::string>& names, std::vector<Parameter>& parameters) {
+  std::erase_if(parameters, [&](const Parameter& p) { return std::ranges::find(names, p.name) != names.end(); });
+}
 
 Json raw_json(const Raw& raw, const std::string& key) {
   Json made;
   made["key"] = key;
   made["failure"] = raw.result.failure;
   made["warnings"] = raw.result.warnings;
+  made["refused"] = raw.refused;
   made["fit"] = raw.result.failure.empty() ? fit_json(raw.result.fit) : Json();
   made["engine_s"] = raw.result.engine_s;
   made["evaluations"] = raw.result.evaluations;
@@ -217,6 +223,8 @@ bool raw_from(const Json& kept, const std::string& key, Raw& raw) {
   if (!kept.is_object() || kept.value("key", "") != key) return false;
   raw.result.failure = kept.at("failure").get<std::string>();
   raw.result.warnings = kept.at("warnings").get<std::vector<std::string>>();
+  raw.refused = kept.value("refused", std::vector<std::string>());
+  leave_out(raw.refused, raw.result.parameters);
   raw.result.engine_s = kept.at("engine_s").get<double>();
   raw.result.evaluations = kept.at("evaluations").get<int>();
   if (raw.result.failure.empty()) raw.result.fit = fit_from_json(kept.at("fit"));
@@ -362,8 +370,6 @@ class Matcher {
       }
     }
     Evaluator evaluator(std::move(job), question_.jobs, kLimitS, interrupts_);
-    std::vector<double> nominal;
-    for (const Parameter& p : result.parameters) nominal.push_back(std::clamp(p.nominal, p.lower, p.upper));
 
     // the model as it is; what the contender refuses it refuses here
     const std::vector<bool> every(question_.logs.size(), true);
@@ -375,6 +381,8 @@ class Matcher {
     }
     const bool dead = std::ranges::all_of(untuned, [](const MatchRun& run) { return run.samples.empty(); });
     if (dead) throw EngineError(fmt::format("it fails in every window: {}", untuned.front().ending.reason));
+    leave_out_refused(evaluator, raw);
+    if (result.parameters.empty()) throw UnsupportedError(result.warnings.back());
 
     std::vector<Fold> folds = folds_;
     // what is reported of leaving one out is fitted to all of them
@@ -400,6 +408,24 @@ class Matcher {
     }
     result.engine_s = evaluator.engine_s();
     static_cast<void>(resolved);
+  }
+
+  // What the model has none of a contender may not have at all, as armature.
+  void leave_out_refused(Evaluator& evaluator, Raw& raw) const {
+    ContenderResult& result = raw.result;
+    for (size_t k = 0; k < result.parameters.size(); ++k) {
+      std::vector<double> values;
+      for (const Parameter& p : result.parameters) values.push_back(std::clamp(p.nominal, p.lower, p.upper));
+      const Parameter& moved = result.parameters[k];
+      const double away = moved.coordinate(values[k]) + 1;
+      values[k] = moved.upper > values[k] ? std::min(moved.value(away), moved.upper) : moved.lower;
+      const Ending ending =
+          evaluator.simulate({candidate_of(question_.model, result.parameters, values)}, {0}).front().front().ending;
+      if (ending.outcome != Outcome::kUnsupported) continue;
+      raw.refused.push_back(moved.name);
+      result.warnings.push_back(fmt::format("'{}' is not fitted: {}", moved.name, ending.reason));
+    }
+    leave_out(raw.refused, result.parameters);
   }
 
   void score(Evaluator& evaluator, const Fit& found, const Fold& fold, const std::vector<Parameter>& parameters,

@@ -379,6 +379,18 @@ class Match(AssayTest):
         self.matched(*arguments, "--contenders", "mujoco-rk4", "--fit", "armature")  # which URDF does not have
         self.assertEqual(sorted(file.name for file in models.iterdir()), ["mujoco-rk4.xml"])
 
+    def test_what_a_contender_does_not_have_is_not_fitted_in_it(self):
+        if "havok" not in self.contenders():
+            self.skipTest("havok is not installed")
+        self.write("pendulum.xml", pendulum(damping=0.02, mass=0.4))
+        asked = ["pendulum.xml", "--log", *self.swings(count=2), "--contenders", "havok", "--fit", "armature", "--fit", "damping", "--budget", "60"]
+        found = self.matched(*asked)
+        contender = found["contenders"][0]
+        self.assertEqual([p["name"] for p in contender["parameters"]], ["damping:hinge"])
+        self.assertTrue(any("'armature:hinge' is not fitted" in warning for warning in contender["warnings"]), contender["warnings"])
+        self.assertLess(contender["score"]["value"], contender["untuned_score"]["value"])
+        self.assertEqual(self.matched(*asked), found)  # as kept
+
     def test_what_cannot_be_fitted_is_refused(self):
         self.write("pendulum.xml", pendulum(damping=0.02, mass=0.4))
         log = self.swings(count=1)[0]

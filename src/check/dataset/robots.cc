@@ -53,7 +53,8 @@ std::vector<Survey> surveys_of(const std::string& folder, const std::vector<std:
   if (report.other_xml > 0) instead.push_back(counted(report.other_xml, ".xml file") + " of other programs");
   if (!report.parts.empty()) instead.push_back(counted(report.parts.size(), "file") + " to be included by others");
   if (!report.not_read.empty()) {
-    instead.push_back(endings_text(report.not_read) + ", which a check of a folder does not read");
+    instead.push_back(endings_text(report.not_read) +
+                      ", which a check of a folder does not read: convert to URDF or MJCF first");
   }
   if (report.links_out > 0) instead.push_back(counted(report.links_out, "link out of it", "links out of it"));
   throw InputError(
