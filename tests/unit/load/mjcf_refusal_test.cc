@@ -359,7 +359,7 @@ TEST(MjcfRefusal, FilesThatHoldNoModel) {
   };
   EXPECT_THAT(with(""), AllOf(HasSubstr("robot.xml"), HasSubstr("it is empty")));
   EXPECT_THAT(with(" \n\t\r\n"), HasSubstr("it is empty"));
-  EXPECT_THAT(with("<html></html>"), AllOf(HasSubstr("<html>"), HasSubstr("name an MJCF or URDF file")));
+  EXPECT_THAT(with("<html></html>"), AllOf(HasSubstr("<html>"), HasSubstr("name an MJCF, URDF or SDF file")));
   EXPECT_THAT(with(std::string("\x89PNG\0\1\2", 7)), HasSubstr("binary"));
   EXPECT_THAT(with("<mujoco>\n<worldbody>"), HasSubstr("is not XML"));
   std::filesystem::remove_all(folder);
