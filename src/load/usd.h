@@ -6,9 +6,8 @@
 // Carried over of UsdPhysics, and of the schemas of PhysX, Newton and MuJoCo where they say it:
 // - units: metersPerUnit, kilogramsPerUnit, the up axis, degrees (angular stiffness and damping are per degree in
 //   UsdPhysics and Newton's schema, per radian in MuJoCo's)
-// - bodies with UsdPhysics' rules of mass, density, centre and principal axes; a disabled body is fixed, a kinematic
-// one
-//   stands still
+// - bodies with UsdPhysics' rules of mass, density, centre and principal axes; disabled bodies are fixed, kinematic
+//   ones stand still
 // - fixed, revolute, prismatic, spherical and generic joints as trees; those that close loops as connects and welds
 // - limits, drives (position, velocity or torque actuators), armature, damping, dry friction, springs, mimics
 // - cubes, spheres, capsules, cylinders, cones, planes and meshes; physics materials with their combine modes
